@@ -13,7 +13,7 @@ namespace adaptive_bvh_test {
 /// The numbers under test where the library has code for both, as for FCL's shapes.
 using MeshScalars = testing::Types<float, double>;
 /// In tests of queries of meshes, which compute in double precision whatever their user's numbers
-/// are: test/single_precision_test.cpp compares both.
+/// are: test/query/single_precision_test.cpp compares both.
 using QueryScalars = testing::Types<double>;
 
 template <typename S>

@@ -1,0 +1,360 @@
+// Regions of bodies of boxes on a lattice, whose faces coincide, with cavities: counted in whole
+// numbers, cell by cell. In any order, of any orientation, of any size, and turned in space.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+
+#include "adaptive_bvh/contact_regions.h"
+#include "support/box_bodies.h"
+#include "support/closed_bodies.h"
+
+namespace adaptive_bvh_test {
+namespace coinciding_test {
+
+using adaptive_bvh::contactRegions;
+using adaptive_bvh::ContactRegions;
+using adaptive_bvh::DeformableMesh;
+using Corner = BoxBody::Corner;
+using Regions = std::vector<BoxOverlap::Region>;
+
+template <typename S>
+fcl::Transform3<S> moved(S x, S y, S z) {
+  fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
+  tf.translation() = Vector3<S>(x, y, z);
+  return tf;
+}
+
+BoxBody bodyOf(std::initializer_list<BoxBody::Box> boxes) {
+  BoxBody body;
+  for (const BoxBody::Box& box : boxes) body.add(box.low, box.high, box.sign);
+  return body;
+}
+
+/// Two bodies, and where the second is.
+struct Case {
+  BoxBody first, second;
+  Corner offset{};
+
+  template <typename S>
+  static Case random(RandomGeometry<S>& random) {
+    Case bodies;
+    while (bodies.first.isEmpty()) bodies.first = BoxBody::random(random);
+    while (bodies.second.isEmpty()) bodies.second = BoxBody::random(random);
+    if (random.oneIn(20)) bodies.second = bodies.first;
+    for (int& x : bodies.offset) x = random.below(3) - 1;
+    return bodies;
+  }
+  template <typename S>
+  fcl::Transform3<S> place(S size = 1) const {
+    return moved<S>(size * S(offset[0]), size * S(offset[1]), size * S(offset[2]));
+  }
+};
+
+/// What was found, in whole numbers; of the normals only what is asked for.
+template <typename S>
+Regions foundIn(const ContactRegions<S>& result, S size = 1) {
+  Regions found;
+  for (std::size_t r = 0; r < result.size(); ++r) {
+    BoxOverlap::Region region;
+    region.volume = std::lround(result.volumes[r] / size / size / size);
+    region.first_area = std::lround(result.first.areas[r] / size / size);
+    region.second_area = std::lround(result.second.areas[r] / size / size);
+    EXPECT_NEAR(double(region.volume), double(result.volumes[r] / size / size / size), 1e-2);
+    EXPECT_GE(result.volumes[r], 0);
+    found.push_back(region);
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+Regions withoutNormals(Regions regions) {
+  for (BoxOverlap::Region& region : regions) region.normal = {};
+  std::sort(regions.begin(), regions.end());
+  return regions;
+}
+
+/// Mean normals with the volumes of their regions, in thousandths, of regions with a volume.
+using Normals = std::vector<std::array<long, 4>>;
+
+std::array<long, 4> keyOf(long volume, const fcl::Vector3d& normal) {
+  return {volume, std::lround(1000 * normal[0]), std::lround(1000 * normal[1]),
+          std::lround(1000 * normal[2])};
+}
+Normals expectedNormals(const Regions& regions) {
+  Normals normals;
+  for (const BoxOverlap::Region& region : regions) {
+    if (region.volume == 0) continue;
+    fcl::Vector3d sum(double(region.normal[0]), double(region.normal[1]), double(region.normal[2]));
+    normals.push_back(keyOf(region.volume, sum.norm() > 0 ? sum.normalized() : sum));
+  }
+  std::sort(normals.begin(), normals.end());
+  return normals;
+}
+template <typename S>
+Normals normalsIn(const ContactRegions<S>& result, const fcl::Matrix3<S>& turn, double sense = 1) {
+  Normals normals;
+  for (std::size_t r = 0; r < result.size(); ++r) {
+    const fcl::Vector3d normal = (turn.transpose() * result.normals[r]).template cast<double>();
+    const long volume = std::lround(result.volumes[r]);
+    if (volume > 0) normals.push_back(keyOf(volume, sense * normal));
+  }
+  std::sort(normals.begin(), normals.end());
+  return normals;
+}
+
+template <typename S>
+class CoincidingRegions : public testing::Test {
+ protected:
+  ContactRegions<S> result_;
+  RandomGeometry<S> random_{911};
+};
+
+TYPED_TEST_SUITE(CoincidingRegions, QueryScalars);
+
+/// Volumes, areas and normals, whichever way the triangles of either body face.
+TYPED_TEST(CoincidingRegions, OfBoxesEqualCells) {
+  using S = TypeParam;
+  long regions = 0, several = 0;
+  for (int step = 0; step < manySteps(1000); ++step) {
+    const Case bodies = Case::random(this->random_);
+    const BoxOverlap overlap(bodies.first, bodies.second, bodies.offset);
+    const bool turns1 = this->random_.oneIn(3), turns2 = this->random_.oneIn(3);
+    const DeformableMesh<S> first(bodies.first.surface(S(1), turns1)),
+        second(bodies.second.surface(S(1), turns2));
+    contactRegions(first, moved<S>(0, 0, 0), second, bodies.template place<S>(), this->result_);
+    ASSERT_EQ(withoutNormals(overlap.regions()), foundIn(this->result_)) << step;
+    ASSERT_EQ(expectedNormals(overlap.regions()),
+              normalsIn<S>(this->result_, fcl::Matrix3<S>::Identity()))
+        << step;
+    regions += long(overlap.regions().size());
+    several += overlap.regions().size() > 1;
+  }
+  EXPECT_GT(regions, manySteps(500));
+  EXPECT_GT(several, manySteps(100));
+}
+
+/// Where no face touches another from outside, the regions of both orders are the same, and so are
+/// the normals, but for their sign.
+TYPED_TEST(CoincidingRegions, SwappedHaveOppositeNormals) {
+  using S = TypeParam;
+  const fcl::Matrix3<S> still = fcl::Matrix3<S>::Identity();
+  ContactRegions<S> swapped;
+  int compared = 0;
+  for (int step = 0; step < manySteps(1000); ++step) {
+    const Case bodies = Case::random(this->random_);
+    const DeformableMesh<S> first(bodies.first.surface(S(1))), second(bodies.second.surface(S(1)));
+    contactRegions(first, moved<S>(0, 0, 0), second, bodies.template place<S>(), this->result_);
+    contactRegions(second, bodies.template place<S>(), first, moved<S>(0, 0, 0), swapped);
+    const Normals normals = normalsIn<S>(this->result_, still),
+                  opposite = normalsIn<S>(swapped, still, -1);
+    const auto volumesOf = [](const Normals& all) {
+      std::vector<long> volumes;
+      for (const auto& normal : all) volumes.push_back(normal[0]);
+      return volumes;
+    };
+    if (volumesOf(normals) != volumesOf(opposite)) continue;  // what touches connects others
+    ASSERT_EQ(normals, opposite) << step;
+    ++compared;
+  }
+  EXPECT_GT(compared, manySteps(800));
+}
+
+/// In a common pose, which rounds positions: faces that coincide cross anywhere.
+TYPED_TEST(CoincidingRegions, TurnedInSpaceKeepVolumesAndNormals) {
+  using S = TypeParam;
+  int compared = 0;
+  for (int step = 0; step < manySteps(500); ++step) {
+    const Case bodies = Case::random(this->random_);
+    const Regions expected = BoxOverlap(bodies.first, bodies.second, bodies.offset).regions();
+    const DeformableMesh<S> first(bodies.first.surface(S(1))), second(bodies.second.surface(S(1)));
+    fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
+    tf.linear() = Eigen::AngleAxis<S>(this->random_.uniform(-3, 3), this->random_.direction())
+                      .toRotationMatrix();
+    tf.translation() = S(5) * this->random_.point();
+    contactRegions(first, tf, second, tf * bodies.template place<S>(), this->result_);
+    long volume = 0;
+    for (const BoxOverlap::Region& region : expected) volume += region.volume;
+    double sum = 0;
+    for (const S part : this->result_.volumes) sum += double(part);
+    ASSERT_NEAR(double(volume), sum, 0.02) << step;
+    const Normals wanted = expectedNormals(expected),
+                  found = normalsIn<S>(this->result_, tf.linear());
+    if (wanted.size() != 1 || found.size() != 1) continue;
+    for (std::size_t k = 1; k < 4; ++k) ASSERT_NEAR(wanted[0][k], found[0][k], 3) << step;
+    ++compared;
+  }
+  EXPECT_GT(compared, manySteps(200));
+}
+
+/// Boxes with flush sides: the side walls coincide, and the normal is the axis.
+TYPED_TEST(CoincidingRegions, OfFlushBoxesHaveTheAxis) {
+  using S = TypeParam;
+  using V = Vector3<S>;
+  const DeformableMesh<S> cube(latticeBox<S>(1)), fine(latticeBox<S>(4));
+  for (int axis = 0; axis < 3; ++axis)
+    for (const S by : {S(0.9), S(0.1), S(1), S(-0.9)}) {
+      const V shift = by * V::Unit(axis), expected = by > 0 ? V::Unit(axis) : V(-V::Unit(axis));
+      const std::size_t regions = contactRegions(
+          cube, moved<S>(0, 0, 0), cube, moved<S>(shift[0], shift[1], shift[2]), this->result_);
+      ASSERT_EQ(1u, regions);
+      EXPECT_LT((this->result_.normals[0] - expected).norm(), 1e-6) << axis << ", " << by;
+    }
+  // However little they overlap.
+  for (int i = 0; i < std::numeric_limits<S>::digits + 3; ++i) {
+    const S by = 1 - std::ldexp(S(1), -i);
+    const auto tf = this->random_.pose(S(3));
+    if (contactRegions(cube, tf, cube, tf * moved<S>(by, 0, 0), this->result_) == 0) continue;
+    EXPECT_LT((this->result_.normals[0] - (by > 0 ? tf.linear().col(0) : V(V::Zero()))).norm(),
+              1e-3)
+        << i;
+  }
+  // Walls across y are common, and do not count.
+  ASSERT_EQ(1u, contactRegions(fine, moved<S>(0, 0, 0), fine, moved<S>(3, 0, 2), this->result_));
+  const V normal = this->result_.normals[0];
+  ASSERT_EQ(1u, contactRegions(fine, moved<S>(3, 0, 2), fine, moved<S>(0, 0, 0), this->result_));
+  EXPECT_LT((normal - V(2, 0, 1).normalized()).norm(), 1e-6);
+  EXPECT_LT((normal + this->result_.normals[0]).norm(), 1e-6);
+  // The same body twice.
+  ASSERT_EQ(1u, contactRegions(fine, moved<S>(0, 0, 0), fine, moved<S>(0, 0, 0), this->result_));
+  EXPECT_EQ(V::Zero(), this->result_.normals[0]);
+}
+
+/// A body whose triangles all face inward has the regions of the same body that faces outward.
+TYPED_TEST(CoincidingRegions, DoNotDependOnOrientation) {
+  using S = TypeParam;
+  ContactRegions<S> turned;
+  const S tolerance = S(1e4) * std::numeric_limits<S>::epsilon();
+  const auto insideOut = [](const TriangleMesh<S>& mesh) {
+    TriangleMesh<S> other;
+    addSurface(mesh, Vector3<S>(0, 0, 0), true, other);
+    return DeformableMesh<S>(other);
+  };
+  for (int step = 0; step < manySteps(50); ++step) {
+    const TriangleMesh<S> one = gridBall<S>(7, 6), two = latticeBox<S>(2);
+    const auto tf1 = this->random_.pose(S(1.5)), tf2 = this->random_.pose(S(1.5));
+    contactRegions(DeformableMesh<S>(one), tf1, DeformableMesh<S>(two), tf2, this->result_);
+    for (int turns = 1; turns < 4; ++turns) {
+      const DeformableMesh<S> first = turns % 2 ? insideOut(one) : DeformableMesh<S>(one),
+                              second = turns > 1 ? insideOut(two) : DeformableMesh<S>(two);
+      contactRegions(first, tf1, second, tf2, turned);
+      ASSERT_EQ(this->result_.size(), turned.size());
+      for (std::size_t r = 0; r < turned.size(); ++r) {
+        EXPECT_GE(turned.volumes[r], 0);
+        EXPECT_NEAR(this->result_.volumes[r], turned.volumes[r], tolerance);
+        EXPECT_NEAR(this->result_.first.areas[r], turned.first.areas[r], tolerance);
+        EXPECT_NEAR(this->result_.second.areas[r], turned.second.areas[r], tolerance);
+        EXPECT_NEAR(this->result_.depths[r], turned.depths[r], tolerance);
+        const S area = turned.first.areas[r];
+        EXPECT_LE((this->result_.normals[r] - turned.normals[r]).norm() * area, tolerance);
+      }
+      ASSERT_EQ(this->result_.curve_first, turned.curve_first);
+      ASSERT_EQ(this->result_.curve_second, turned.curve_second);
+      for (std::size_t i = 0; i < turned.curve_points.size(); ++i)
+        EXPECT_LE((this->result_.curve_points[i] - turned.curve_points[i]).norm(), tolerance);
+    }
+  }
+}
+
+/// A cavity touches the outer surface of its region, and there is another region, whichever
+/// triangle comes first.
+TYPED_TEST(CoincidingRegions, HaveCavitiesThatTouchTheirSurface) {
+  using S = TypeParam;
+  const BoxBody first = bodyOf({{{0, 0, 0}, {3, 3, 3}, 1}, {{10, 0, 0}, {11, 1, 1}, 1}});
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    BoxBody::Box cavity = {{1, 1, 1}, {2, 2, 2}, -1};
+    cavity.high[axis] = 3;
+    const BoxBody second =
+        bodyOf({{{-1, -1, -1}, {4, 4, 4}, 1}, cavity, {{9, -1, -1}, {12, 2, 2}, 1}});
+    for (int turns = 0; turns < 12; ++turns) {
+      TriangleMesh<S> surface = second.surface(S(1));
+      std::rotate(surface.triangles.begin(), surface.triangles.begin() + 12 + turns,
+                  surface.triangles.end());
+      const DeformableMesh<S> one(first.surface(S(1))), two(surface);
+      for (const bool swaps : {false, true}) {
+        contactRegions(swaps ? two : one, moved<S>(0, 0, 0), swaps ? one : two, moved<S>(0, 0, 0),
+                       this->result_);
+        const Regions found = foundIn(this->result_);
+        ASSERT_EQ(2u, found.size());
+        EXPECT_EQ(1, found[0].volume);
+        EXPECT_EQ(25, found[1].volume);
+      }
+    }
+  }
+}
+
+/// The same, but for one more rounding where it is too small to have all digits.
+template <typename S>
+void expectScaled(S expected, int exponent, S found) {
+  EXPECT_LE(std::abs(std::ldexp(expected, exponent) - found), std::numeric_limits<S>::denorm_min());
+}
+
+/// Powers of two scale every result exactly, also where volumes underflow.
+TYPED_TEST(CoincidingRegions, ScaleExactly) {
+  using S = TypeParam;
+  const int most = std::numeric_limits<S>::max_exponent / 4 - 10,
+            least = std::numeric_limits<S>::min_exponent / 2 + std::numeric_limits<S>::digits + 10;
+  ContactRegions<S> scaled;
+  const auto compare = [&](int exponent) {
+    const ContactRegions<S>& result = this->result_;
+    const S size = std::ldexp(S(1), exponent);
+    ASSERT_EQ(result.size(), scaled.size());
+    for (std::size_t r = 0; r < scaled.size(); ++r) {
+      expectScaled(result.volumes[r], 3 * exponent, scaled.volumes[r]);
+      expectScaled(result.first.areas[r], 2 * exponent, scaled.first.areas[r]);
+      expectScaled(result.second.areas[r], 2 * exponent, scaled.second.areas[r]);
+      expectScaled(result.depths[r], exponent, scaled.depths[r]);
+      EXPECT_EQ(result.normals[r], scaled.normals[r]);
+      EXPECT_EQ(size * result.deepest_points[r], scaled.deepest_points[r]);
+      EXPECT_EQ(size * result.first.centroids[r], scaled.first.centroids[r]);
+    }
+    ASSERT_EQ(result.curve_points.size(), scaled.curve_points.size());
+    for (std::size_t i = 0; i < scaled.curve_points.size(); ++i)
+      EXPECT_EQ(size * result.curve_points[i], scaled.curve_points[i]);
+  };
+  for (int step = 0; step < manySteps(100) && !this->HasFailure(); ++step) {
+    const Case bodies = Case::random(this->random_);
+    const DeformableMesh<S> first(bodies.first.surface(S(1))), second(bodies.second.surface(S(1)));
+    contactRegions(first, moved<S>(0, 0, 0), second, bodies.place(S(1)), this->result_);
+    for (int i = 0; i < 10; ++i) {
+      const int exponent = least + this->random_.below(most - least + 1);
+      SCOPED_TRACE(testing::Message() << step << ", times 2^" << exponent);
+      const S size = std::ldexp(S(1), exponent);
+      const DeformableMesh<S> one(bodies.first.surface(size)), two(bodies.second.surface(size));
+      contactRegions(one, moved<S>(0, 0, 0), two, bodies.place(size), scaled);
+      compare(exponent);
+    }
+  }
+}
+
+/// The tetrahedron (0, 0, 0), (s, 0, 0), (0, s, 0), (0, 0, s) and its copy, and two cubes.
+TEST(TinyRegions, HaveAnswers) {
+  for (const double size : {1., 0x1p-120, 0x1p-340, 0x1p-358, 0x1p-400, 0x1p-480}) {
+    SCOPED_TRACE(size);
+    const DeformableMesh<double> tetrahedron(
+        {{0, 0, 0}, {size, 0, 0}, {0, size, 0}, {0, 0, size}},
+        std::vector<fcl::Triangle>{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}});
+    ContactRegions<double> result;
+    ASSERT_EQ(1u, contactRegions(tetrahedron, moved<double>(0, 0, 0), tetrahedron,
+                                 moved<double>(.2 * size, .1 * size, .3 * size), result));
+    // What is common is a tetrahedron with legs of 1 - .6.
+    if (size > 0x1p-300) {
+      EXPECT_NEAR(.4 * .4 * .4 / 6, result.volumes[0] / size / size / size, 1e-12);
+    }
+    EXPECT_NEAR(.4 * .4 * std::sqrt(3.) / 2, result.first.areas[0] / size / size, 1e-12);
+    EXPECT_NEAR(3 * .4 * .4 / 2, result.second.areas[0] / size / size, 1e-12);
+    const DeformableMesh<double> cube([&] {
+      auto mesh = latticeBox<double>(1);
+      for (fcl::Vector3d& x : mesh.vertices) x *= size;
+      return mesh;
+    }());
+    ASSERT_EQ(1u, contactRegions(cube, moved<double>(0, 0, 0), cube,
+                                 moved<double>(.7 * size, .4 * size, .2 * size), result));
+    EXPECT_NEAR(.3 * .6 + .3 * .8 + .6 * .8, result.first.areas[0] / size / size, 1e-12);
+    EXPECT_NEAR(.3, result.depths[0] / size, .2);
+  }
+}
+
+}  // namespace coinciding_test
+}  // namespace adaptive_bvh_test

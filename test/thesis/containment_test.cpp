@@ -1,0 +1,207 @@
+// A million volumes, each held against all of its triangles in numbers that are finer than the
+// model's: over random chains of a thousand frames, far from the origin, tiny and huge, in float
+// and double, under every policy and by every way to bring in a frame. Failures print the seed.
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+
+#include "adaptive_bvh/adaptive_bvh_model.h"
+#include "adaptive_bvh/query.h"
+#include "support/fcl_float.h"
+#include "support/long_mode.h"
+#include "support/meshes.h"
+
+namespace adaptive_bvh_test {
+namespace containment_test {
+
+using adaptive_bvh::AdaptiveBVHModel;
+using adaptive_bvh::FitnessCriterion;
+using adaptive_bvh::RefitPolicy;
+
+constexpr int kFramesOfAChain = 1000;
+const auto kChains = unsigned(manySteps(6));
+
+using Fine = long double;
+using FinePoint = Eigen::Matrix<Fine, 3, 1>;
+
+/// Whether the volume holds p. Any point of the rectangle bounds the distance from above, so this
+/// never says yes wrongly but by the rounding of long double.
+template <typename S>
+bool holds(const fcl::RSS<S>& bv, const Vector3<S>& p) {
+  const FinePoint a0 = bv.axis.col(0).template cast<Fine>();
+  const FinePoint a1 = bv.axis.col(1).template cast<Fine>();
+  const FinePoint d = p.template cast<Fine>() - bv.To.template cast<Fine>();
+  const auto within = [](Fine x, S side) { return std::min(std::max(x, Fine(0)), Fine(side)); };
+  Fine x = 0, y = 0;
+  for (int k = 0; k < 3; ++k) {  // axes are orthogonal up to rounding: a few rounds find the point
+    x = within(a0.dot(d - y * a1) / a0.squaredNorm(), bv.l[0]);
+    y = within(a1.dot(d - x * a0) / a1.squaredNorm(), bv.l[1]);
+  }
+  return (d - x * a0 - y * a1).norm() <= Fine(bv.r);
+}
+
+/// Also the box, both as its extents along its axes and as the sums of its axes.
+template <typename S>
+bool holds(const fcl::OBBRSS<S>& bv, const Vector3<S>& p) {
+  const Eigen::Matrix<Fine, 3, 3> axes = bv.obb.axis.template cast<Fine>();
+  const FinePoint d = p.template cast<Fine>() - bv.obb.To.template cast<Fine>();
+  const FinePoint extent = bv.obb.extent.template cast<Fine>();
+  const FinePoint along = axes.transpose() * d, sums = axes.inverse() * d;
+  return holds(bv.rss, p) && (along.cwiseAbs().array() <= extent.array()).all() &&
+         (sums.cwiseAbs().array() <= extent.array()).all();
+}
+
+/// Nodes that do not hold one of the triangles below them: where it is and, after a two-frame
+/// update, in the one before.
+template <typename BV>
+int failures(const AdaptiveBVHModel<BV>& model, long& checked) {
+  // Every vertex below a node, not only those of its children's volumes: in preorder the nodes of a
+  // subtree follow its root, so the vertices of leaves are gathered from the back.
+  std::vector<std::vector<std::size_t>> below(std::size_t(model.getNumBVs()));
+  int failed = 0;
+  for (int i = model.getNumBVs() - 1; i >= 0; --i) {
+    const auto& node = model.getBV(i);
+    auto& mine = below[std::size_t(i)];
+    if (node.isLeaf()) {
+      const fcl::Triangle& t = model.tri_indices[node.primitiveId()];
+      mine = {t[0], t[1], t[2]};
+    } else {
+      for (int child : {node.leftChild(), node.rightChild()}) {
+        auto& theirs = below[std::size_t(child)];
+        mine.insert(mine.end(), theirs.begin(), theirs.end());
+        theirs.clear();
+      }
+    }
+    bool sound = true;
+    for (std::size_t v : mine) {
+      sound = sound && holds(node.bv, model.vertices[v]);
+      if (model.prev_vertices) sound = sound && holds(node.bv, model.prev_vertices[v]);
+    }
+    failed += !sound;
+    ++checked;
+  }
+  return failed;
+}
+
+/// One chain of frames, all of it drawn from a seed.
+template <typename BV>
+class Chain {
+ public:
+  using S = typename BV::S;
+
+  explicit Chain(unsigned seed) : random_(testSeed(seed)) {
+    const TriangleMesh<S> shapes[] = {plate<S>(4, 5), tube<S>(5, 4), dome<S>(6, 3),
+                                      soup<S>(40, random_)};
+    mesh_ = shapes[seed % 4];
+    scale_ = std::pow(S(10), S(between(-3, 3)));
+    const S far = seed % 3 == 0 ? S(0) : std::pow(S(10), S(between(0, 6)));
+    offset_ = Vector3<S>(S(between(-1, 1)), S(between(-1, 1)), S(between(-1, 1))) * far;
+    for (Vector3<S>& p : mesh_.vertices) p = scale_ * p + offset_;
+    positions_ = mesh_.vertices;
+    setPolicy();
+    fillModel(mesh_, model_);
+    fillModel(dome<S>(5, 3), other_);
+  }
+
+  void run(long& checked, int& failed) {
+    for (int frame = 0; frame < kFramesOfAChain; ++frame) {
+      move();
+      takeOver();
+      if (oneIn(3)) query();
+      if (oneIn(97)) setPolicy();
+      failed += failures(model_, checked);
+    }
+  }
+
+ private:
+  double between(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
+  bool oneIn(int n) { return std::uniform_int_distribution<int>(1, n)(random_) == 1; }
+
+  void setPolicy() {
+    const auto criterion =
+        static_cast<FitnessCriterion>(std::uniform_int_distribution<int>(0, 8)(random_));
+    RefitPolicy policy = oneIn(3) ? RefitPolicy::thesis(criterion) : RefitPolicy();
+    if (oneIn(2)) policy.criterion = criterion;
+    model_.setRefitPolicy(policy);
+  }
+
+  /// Waves, jumps, rotations, translations and no motion; relative to the size of the mesh, or of
+  /// the ulp.
+  void move() {
+    const Vector3<S> wave(S(between(-1, 1)), S(between(-1, 1)), S(between(-1, 1)));
+    const S amount = scale_ * std::pow(S(10), S(between(-9, 0)));
+    moved_.clear();
+    const int kind = std::uniform_int_distribution<int>(0, 5)(random_);
+    const Eigen::AngleAxis<S> turn(S(between(-0.3, 0.3)),
+                                   (wave + Vector3<S>(0, 0, 2)).normalized());
+    const Vector3<S> middle = positions_[0];
+    for (std::size_t v = 0; v < positions_.size(); ++v) {
+      Vector3<S>& p = positions_[v];
+      const Vector3<S> rest = mesh_.vertices[v];
+      if (kind == 0) p += amount * std::sin(wave.dot(rest - offset_) * 3 / scale_) * wave;
+      if (kind == 1) p += amount * wave;
+      if (kind == 2) p = middle + turn * (p - middle);
+      if (kind == 3 && !oneIn(9)) continue;
+      if (kind == 3) p = rest + scale_ * S(0.3) * S(between(-1, 1)) * wave;
+      if (kind == 4) p = rest + (p - rest) * S(0.9);
+      moved_.push_back(unsigned(v));
+    }
+  }
+
+  void takeOver() {
+    std::vector<Vector3<S>> some;
+    for (unsigned v : moved_) some.push_back(positions_[v]);
+    const bool swept = model_.prev_vertices != nullptr;
+    if (oneIn(4)) {
+      model_.update(moved_, some);
+    } else if (oneIn(5)) {
+      model_.beginUpdateModel();
+      model_.updateSubModel(positions_);
+      model_.endUpdateModel(!oneIn(6));
+    } else if (!swept && oneIn(3)) {
+      model_.beginReplaceModel();
+      model_.replaceSubModel(positions_);
+      model_.endReplaceModel(!oneIn(6));
+    } else {
+      model_.update(positions_);
+    }
+  }
+
+  void query() {
+    fcl::Transform3<S> tf = randomPose<S>(random_, 2 * scale_);
+    tf.translation() += offset_;
+    fcl::DistanceResult<S> result;
+    adaptive_bvh::distance<S>(&model_, fcl::Transform3<S>::Identity(), &other_, tf,
+                              fcl::DistanceRequest<S>(), result);
+  }
+
+  std::mt19937 random_;
+  TriangleMesh<S> mesh_;
+  S scale_ = 1;
+  Vector3<S> offset_;
+  std::vector<Vector3<S>> positions_;
+  std::vector<unsigned> moved_;
+  AdaptiveBVHModel<BV> model_, other_;
+};
+
+template <typename BV>
+void check(unsigned chains) {
+  long checked = 0;
+  for (unsigned seed = 1; seed <= chains; ++seed) {
+    int failed = 0;
+    Chain<BV>(seed).run(checked, failed);
+    EXPECT_EQ(0, failed) << "seed " << seed;
+  }
+  std::printf("%ld volumes hold their triangles\n", checked);
+  EXPECT_GE(checked, 40000 * long(chains));
+}
+
+TEST(Containment, FloatNeverFails) { check<fcl::RSSf>(kChains); }
+TEST(Containment, DoubleNeverFails) { check<fcl::RSSd>(kChains); }
+TEST(Containment, FloatOBBRSSNeverFails) { check<fcl::OBBRSSf>(kChains / 3); }
+TEST(Containment, DoubleOBBRSSNeverFails) { check<fcl::OBBRSSd>(kChains / 3); }
+
+}  // namespace containment_test
+}  // namespace adaptive_bvh_test
