@@ -340,7 +340,7 @@ struct Format {
 class CorruptMesh : public testing::TestWithParam<Format> {
  protected:
   bool load(const std::string& text) const {
-    return adaptive_bvh_test::load(GetParam().extension, text);
+    return corrupt_meshes_test::load(GetParam().extension, text);
   }
   std::string write(const Counts& counts = Counts()) const { return GetParam().write(counts); }
 };
