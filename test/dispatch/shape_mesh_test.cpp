@@ -25,6 +25,7 @@
 #include <fcl/geometry/shape/sphere.h>
 
 #include "adaptive_bvh/deformable_mesh.h"
+#include "adaptive_bvh/point_query.h"
 
 namespace adaptive_bvh_test {
 namespace shape_mesh_test {

@@ -62,7 +62,7 @@ TEST(ComponentsTest, AreThoseOfRepeatedMarking) {
   for (std::size_t triangles = 1; triangles < 200; ++triangles) {
     const Mesh mesh = randomMesh(random, 3 * triangles / 2 + 1, triangles);
     adaptive_bvh::Components components;
-    components.adopt(viewOf(mesh), triangles, mesh.vertices.size());
+    components.assign(viewOf(mesh), triangles, mesh.vertices.size());
     const std::set<unsigned> expected = firstTriangles(mesh);
     ASSERT_EQ(std::vector<unsigned>(expected.begin(), expected.end()), components.firstTriangles());
   }
@@ -76,7 +76,7 @@ TEST(VertexTrianglesTest, AreThoseOfAMap) {
     for (unsigned t = 0; t < triangles; ++t)
       for (int k = 0; k < 3; ++k) expected[mesh.triangles[t][k]].insert(t);
     adaptive_bvh::VertexTriangles found;
-    found.adopt(viewOf(mesh), triangles, mesh.vertices.size());
+    found.assign(viewOf(mesh), triangles, mesh.vertices.size());
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
       const auto range = found[v];
       ASSERT_EQ(std::vector<unsigned>(expected[v].begin(), expected[v].end()),
@@ -106,7 +106,7 @@ TEST(BoundaryLoopsTest, GoThroughEachEdgeAsOftenAsItsSurplus) {
       }
     std::shuffle(boundary.begin(), boundary.end(), random);
     BoundaryLoops loops;
-    loops.adopt(boundary);
+    loops.assign(boundary);
     EXPECT_EQ(boundary.empty(), loops.isEmpty());
     std::size_t begin = 0;
     for (std::size_t curve = 0; curve < loops.size(); begin = loops.end(curve++))
