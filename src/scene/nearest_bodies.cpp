@@ -161,17 +161,25 @@ bool isInside(const Body& inner, const Body& around) {
   return object.kind() == ObjectKind::Shape && isContained(object.solid(), solid);
 }
 
+/// Whether the distance of two bodies, rounded to the numbers of a scene, is at most one of these.
+template <typename S>
+bool isRoundedAtMost(const Body& a, const Body& b, S distance) {
+  const S above = std::nextafter(distance, std::numeric_limits<S>::infinity());
+  SceneDistance<double> found;
+  found.distance = static_cast<double>(above);
+  return improve(a, b, {-1, -1}, found) && distanceAs<S>(found.distance) < above;
+}
+
 /// Whether surfaces of two bodies, or a surface and a shape, are at most so far apart.
-bool areNearer(const Body& a, const Body& b, double distance) {
-  if (b.isMesh() && !a.isMesh()) return areNearer(b, a, distance);
+bool areNearer(const Body& a, const Body& b, double distance, bool single) {
+  if (b.isMesh() && !a.isMesh()) return areNearer(b, a, distance, single);
   if (b.isMesh()) return isNearer({a.placedMesh(), b.placedMesh()}, distance);
   if (a.isMesh() && b.geometry.kind() == ObjectKind::Shape) {
     const QueryObject shape(b.object());
     return isNearer(a.placedMesh(), shape.solid(), shape.parts().shape().core(), distance);
   }
-  SceneDistance<double> found;
-  found.distance = std::nextafter(distance, std::numeric_limits<double>::infinity());
-  return improve(a, b, {-1, -1}, found);
+  return single ? isRoundedAtMost(a, b, static_cast<float>(distance))
+                : isRoundedAtMost(a, b, distance);
 }
 
 }  // namespace
@@ -182,7 +190,7 @@ bool SceneState::isNearer(double distance) const {
   findPairs(distance, 0, *pairs);
   for (const BodyPair& pair : *pairs) {
     const Body &a = bodies[pair.first], &b = bodies[pair.second];
-    if (areNearer(a, b, distance) || isInside(a, b) || isInside(b, a)) return true;
+    if (areNearer(a, b, distance, single) || isInside(a, b) || isInside(b, a)) return true;
   }
   return false;
 }

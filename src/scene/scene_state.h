@@ -13,8 +13,8 @@ struct SceneState {
   using Filter = Scene<double>::Filter;
   using Distance = SceneDistance<double>;
 
-  /// In single precision, transforms may be farther from rigid motions, and hits of rays are
-  /// compared as they are rounded.
+  /// In single precision, transforms may be farther from rigid motions, and hits of rays and limits
+  /// of distances are compared as they are rounded.
   explicit SceneState(bool is_single) : single(is_single) {}
 
   bool single;
