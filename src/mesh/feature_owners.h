@@ -33,9 +33,8 @@ class FeatureOwners {
  public:
   /// `primitives`: the triangles' indices, by place in the order of a tree's leaves. Overwrites
   /// `boundary` with each edge that is not run through as often in one direction as in the other.
-  template <typename S>
-  void adopt(const MeshView<S>& mesh, std::size_t num_vertices, const Scratch<unsigned>& primitives,
-             std::vector<BoundaryEdge>& boundary);
+  void adopt(const MeshView<double>& mesh, std::size_t num_vertices,
+             const Scratch<unsigned>& primitives, std::vector<BoundaryEdge>& boundary);
 
   /// By place in that order.
   const FeatureOwner& operator[](std::size_t place) const { return owners_[place]; }
