@@ -51,9 +51,9 @@ class BodyGeometry {
 struct Body {
   BodyId id;
   BodyGeometry geometry;
-  fcl::Transform3d tf;
-  fcl::Transform3d start_tf;  ///< where the step began
   BodyOptions options;
+  fcl::Transform3d tf;
+  fcl::Transform3d start_tf = tf;  ///< where the step began
 
   // State of the last update.
   WorldBox box = {};

@@ -103,9 +103,9 @@ void SceneState::nearest(BodyId body, std::size_t k, std::vector<Distance>& resu
       Distance found;
       if (is_full) found.distance = std::nextafter(result.back().distance, kFar);
       if (improve(asked, other, {-1, -1}, found)) {
-        if (!is_full || isBefore(found, result.back())) {
+        if (!is_full || isNearerBody(found, result.back())) {
           if (is_full) result.pop_back();
-          result.insert(std::upper_bound(result.begin(), result.end(), found, isBefore<double>),
+          result.insert(std::upper_bound(result.begin(), result.end(), found, isNearerBody<double>),
                         found);
         }
       }

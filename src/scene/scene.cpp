@@ -83,10 +83,10 @@ BodyId Scene<S>::add(const Geometry& geometry, const Transform& tf, const BodyOp
   requireRigid(tf);
   requireOptions(of_body, options);
   SceneState& scene = state_->scene;
-  const fcl::Transform3d in_double(tf.template cast<double>());
   state_->given.push_back({nullptr, &geometry, tf});
   try {
-    scene.bodies.push_back({scene.next_id, of_body, in_double, in_double, options});
+    scene.bodies.push_back(
+        {scene.next_id, of_body, options, fcl::Transform3d(tf.template cast<double>())});
   } catch (...) {
     state_->given.pop_back();
     throw;
@@ -275,7 +275,7 @@ void Scene<S>::nearest(BodyId body, std::size_t k, std::vector<SceneDistance<S>>
   answerInDouble(result, [&](std::vector<SceneDistance<double>>& found) {
     state_->scene.nearest(body, k, found);
   });
-  std::sort(result.begin(), result.end(), isBefore<S>);  // some may be as near, rounded
+  std::sort(result.begin(), result.end(), isNearerBody<S>);  // some may be as near, rounded
 }
 
 template <typename S>

@@ -14,7 +14,7 @@ void narrow(const SceneRayHit<double>& from, SceneRayHit<float>& to);
 
 /// The order of the bodies nearest to one.
 template <typename S>
-bool isBefore(const SceneDistance<S>& a, const SceneDistance<S>& b) {
+bool isNearerBody(const SceneDistance<S>& a, const SceneDistance<S>& b) {
   return a.distance != b.distance ? a.distance < b.distance : a.bodies.second < b.bodies.second;
 }
 
