@@ -1,93 +1,37 @@
 #include "adaptive_bvh/continuous_collision.h"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
-#include <stdexcept>
 #include <string>
 
 #include "base/leased.h"
 #include "base/rigid.h"
-#include "base/rounding.h"
-#include "ccd/continuous_search.h"
-#include "deformable/mesh_state.h"
+#include "ccd/placed_motion.h"
 
 namespace adaptive_bvh {
 namespace {
 
-[[noreturn]] void refuseMotion(const std::string& what) {
-  throw std::invalid_argument("adaptive_bvh, continuous collision: " + what);
-}
-
-/// Positions in the world, in double precision; returns how far they may be from the exact ones.
+/// Throws std::invalid_argument on transforms that are not rigid, as PlacedMotion.
 template <typename S>
-double place(const fcl::Vector3<S>* positions, std::size_t count, const fcl::Transform3<S>& tf,
-             std::vector<fcl::Vector3d>& world) {
-  world.resize(count);
-  const fcl::Matrix3d R = tf.linear().template cast<double>();
-  const fcl::Vector3d T = tf.translation().template cast<double>();
-  const bool is_still = R == fcl::Matrix3d::Identity() && T.isZero(0);
-  double largest = 0, sum = 0;  // of a body coordinate; not a number where one is not
-  for (std::size_t i = 0; i < count; ++i) {
-    const fcl::Vector3d x = positions[i].template cast<double>();
-    world[i] = is_still ? x : fcl::Vector3d(R * x + T);
-    sum += world[i].lpNorm<1>() * 0;
-    largest = std::max({largest, x.lpNorm<1>(), world[i].lpNorm<1>()});
-  }
-  if (!(sum == 0) || !(largest <= 6 * rounding::largestCoordinate<double>()))
-    refuseMotion("a position is not finite, or too large");
-  if (is_still) return 0;
-  return 8 * std::numeric_limits<double>::epsilon() *
-         (R.cwiseAbs().maxCoeff() * largest + T.lpNorm<1>());
+PlacedMotion placed(const Motion<S>& motion, PlacedMotion::Memory& memory) {
+  requireRigid(motion.start_tf);
+  requireRigid(motion.end_tf);
+  return {stateOf(*motion.mesh),
+          motion.start,
+          motion.end,
+          fcl::Transform3d(motion.start_tf.template cast<double>()),
+          fcl::Transform3d(motion.end_tf.template cast<double>()),
+          memory};
 }
-
-/// A mesh's part in a query.
-template <typename S>
-class PlacedMotion {
- public:
-  struct Memory {
-    std::vector<fcl::Vector3d> start, end;
-  };
-
-  PlacedMotion(const Motion<S>& motion, Memory& memory) : state_(stateOf(*motion.mesh)) {
-    const std::size_t count = state_.vertices.size();
-    requireRigid(motion.start_tf);
-    requireRigid(motion.end_tf);
-    const double at_start = place(motion.start, count, motion.start_tf, memory.start);
-    const double at_end = place(motion.end, count, motion.end_tf, memory.end);
-    const MeshTopology& topology = *state_.topology;
-    mesh_ = {state_.tree.nodes(),
-             topology.leaves.corners.data(),
-             &topology.leaves.slots,
-             &topology.owners,
-             &topology.features,
-             memory.start.data(),
-             memory.end.data(),
-             topology.triangles.data(),
-             static_cast<unsigned>(count),
-             static_cast<unsigned>(topology.triangles.size()),
-             state_.tree.size(),
-             state_.tree.depth(),
-             std::max(at_start, at_end)};
-  }
-
-  const MovingMesh& mesh() const { return mesh_; }
-  int threads() const { return state_.query_threads; }
-
- private:
-  const MeshState& state_;
-  MovingMesh mesh_;
-};
 
 /// Calls ask(query) for two meshes, or one with itself.
 template <typename S, typename Ask>
 auto withQuery(const Motion<S>& first, const Motion<S>* second, double separation, Ask&& ask) {
-  const Leased<std::array<typename PlacedMotion<S>::Memory, 2>> memory;
+  const Leased<std::array<PlacedMotion::Memory, 2>> memory;
   requireSeparation(separation);
-  const PlacedMotion<S> a(first, (*memory)[0]);
-  if (!second) return ask(ContinuousQuery{a.mesh(), a.mesh(), separation, a.threads()});
-  const PlacedMotion<S> b(*second, (*memory)[1]);
-  return ask(ContinuousQuery{a.mesh(), b.mesh(), separation, std::max(a.threads(), b.threads())});
+  const PlacedMotion a(placed(first, (*memory)[0]));
+  if (!second) return ask(a.withItself(separation));
+  const PlacedMotion b(placed(*second, (*memory)[1]));
+  return ask(a.with(b, separation));
 }
 
 void requirePair(const ContinuousQuery& query, FeatureKind kind, const FeaturePair& pair) {

@@ -15,15 +15,15 @@ enum class ObjectKind { Mesh, Shape, Octree };
 class QueryObject {
  public:
   template <typename S>
-  QueryObject(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf)
+  QueryObject(const DeformableMesh<S>& mesh, const fcl::Transform3d& tf)
       : parallel_(kParallelIn<S>) {
-    mesh_.emplace(mesh, tf);
+    mesh_.emplace(stateOf(mesh), tf);
   }
   /// Throws std::invalid_argument where ShapeSolid does.
   template <typename S>
-  QueryObject(const fcl::CollisionGeometry<S>& geometry, const fcl::Transform3<S>& tf)
+  QueryObject(const fcl::CollisionGeometry<S>& geometry, const fcl::Transform3d& tf)
       : parallel_(kParallelIn<S>) {
-    parts_.emplace(geometry, tf.template cast<double>());
+    parts_.emplace(geometry, tf);
   }
 
   ObjectKind kind() const {

@@ -26,8 +26,11 @@ void findCandidates(const PlacedMesh& mesh, const ShapeInTree& shape, double mar
       });
 }
 
-void contactsOf(const PlacedMesh& mesh, const ShapeSolid& shape, const fcl::Transform3d& shape_tf,
-                double margin, VertexContacts<double>& result) {
+}  // namespace
+
+void findVertexContacts(const PlacedMesh& mesh, const ShapeSolid& shape,
+                        const fcl::Transform3d& shape_tf, double margin,
+                        VertexContacts<double>& result) {
   ContactWriter writer(mesh, shape_tf);
   const RelativePlacement to_shape(shape_tf, mesh.tf);
   const ShapeInTree in_tree(shape.core(), shape_tf, mesh.tree(), mesh.tf);
@@ -44,8 +47,6 @@ void contactsOf(const PlacedMesh& mesh, const ShapeSolid& shape, const fcl::Tran
       mesh.mesh.query_threads, [&] { return test; }, result);
 }
 
-}  // namespace
-
 template <typename S>
 std::size_t vertexContacts(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
                            const fcl::CollisionGeometry<S>& other,
@@ -58,8 +59,8 @@ std::size_t vertexContacts(const DeformableMesh<S>& mesh, const fcl::Transform3<
   requireRigid(other_tf);
   const ShapeSolid shape(other);
   answerInDouble(result, [&](VertexContacts<double>& contacts) {
-    contactsOf({mesh, tf}, shape, other_tf.template cast<double>(), static_cast<double>(margin),
-               contacts);
+    findVertexContacts({mesh, tf}, shape, other_tf.template cast<double>(),
+                       static_cast<double>(margin), contacts);
   });
   return result.size();
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "adaptive_bvh/penetration.h"
 #include "base/frame_change.h"
 #include "base/leased.h"
 #include "base/rigid.h"
@@ -233,6 +234,12 @@ class MeshShapeSearch final : public ShapeSearch {
   const RelativePlacement to_mesh_;  ///< of the shape
   const ShapeInTree in_tree_;
 };
+
+/// Overwrites the result with the vertices of a mesh that are at most `margin` from a shape, or
+/// inside of it.
+void findVertexContacts(const PlacedMesh& mesh, const ShapeSolid& shape,
+                        const fcl::Transform3d& shape_tf, double margin,
+                        VertexContacts<double>& result);
 
 /// Whether a mesh is at most so far from a shape. `core`: of the shape.
 bool isNearer(const PlacedMesh& mesh, const PlacedSolid& shape, const ShapeCore& core,

@@ -95,7 +95,8 @@ struct MeshOrPart {
       refuse("a query of a DeformableMesh and a geometry of this type is not answered");
   }
   QueryObject inDouble() const {
-    return mesh ? QueryObject(*mesh, tf) : QueryObject(*geometry, tf);
+    const fcl::Transform3d placed(tf.template cast<double>());
+    return mesh ? QueryObject(*mesh, placed) : QueryObject(*geometry, placed);
   }
   bool isOctree() const { return geometry->getNodeType() == fcl::GEOM_OCTREE; }
 

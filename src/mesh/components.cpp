@@ -25,8 +25,7 @@ class JoinedVertices {
 
 }  // namespace
 
-template <typename S>
-void Components::assign(const MeshView<S>& mesh, std::size_t num_triangles,
+void Components::assign(const MeshView<double>& mesh, std::size_t num_triangles,
                         std::size_t num_vertices) {
   JoinedVertices joined(num_vertices);
   const auto count = static_cast<unsigned>(num_triangles);
@@ -44,8 +43,5 @@ void Components::assign(const MeshView<S>& mesh, std::size_t num_triangles,
   }
   first_triangles_.shrink_to_fit();
 }
-
-template void Components::assign(const MeshView<float>&, std::size_t, std::size_t);
-template void Components::assign(const MeshView<double>&, std::size_t, std::size_t);
 
 }  // namespace adaptive_bvh

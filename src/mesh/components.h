@@ -10,8 +10,7 @@ namespace adaptive_bvh {
 /// The connected components of a mesh: triangles that share a vertex belong to the same one.
 class Components {
  public:
-  template <typename S>
-  void assign(const MeshView<S>& mesh, std::size_t num_triangles, std::size_t num_vertices);
+  void assign(const MeshView<double>& mesh, std::size_t num_triangles, std::size_t num_vertices);
 
   /// The smallest triangle index of each component, in increasing order.
   const std::vector<unsigned>& firstTriangles() const { return first_triangles_; }

@@ -16,8 +16,8 @@ struct HalfEdge {
 };
 
 /// Calls visit(smaller, larger, number) for each edge of each triangle.
-template <typename S, typename Visit>
-void forEachHalfEdge(const MeshView<S>& mesh, unsigned triangles, Visit&& visit) {
+template <typename Visit>
+void forEachHalfEdge(const MeshView<double>& mesh, unsigned triangles, Visit&& visit) {
   for (unsigned t = 0; t < triangles; ++t) {
     const VertexIndices v = mesh.verticesOf(t);
     for (unsigned k = 0; k < 3; ++k) {
@@ -27,8 +27,7 @@ void forEachHalfEdge(const MeshView<S>& mesh, unsigned triangles, Visit&& visit)
   }
 }
 
-template <typename S>
-void ownEdges(const MeshView<S>& mesh, unsigned triangles, std::size_t vertices,
+void ownEdges(const MeshView<double>& mesh, unsigned triangles, std::size_t vertices,
               Scratch<std::uint8_t>& bits, std::vector<BoundaryEdge>& boundary) {
   Scratch<unsigned> begin(vertices + 2, 0);  // offsets by vertex; offset by one during construction
   forEachHalfEdge(mesh, triangles, [&](unsigned a, unsigned, unsigned) { ++begin[a + 2]; });
@@ -53,8 +52,7 @@ void ownEdges(const MeshView<S>& mesh, unsigned triangles, std::size_t vertices,
   }
 }
 
-template <typename S>
-void ownVertices(const MeshView<S>& mesh, unsigned triangles, std::size_t vertices,
+void ownVertices(const MeshView<double>& mesh, unsigned triangles, std::size_t vertices,
                  Scratch<std::uint8_t>& bits) {
   Scratch<std::uint8_t> has_owner(vertices, 0);
   for (unsigned t = 0; t < triangles; ++t) {
@@ -68,8 +66,7 @@ void ownVertices(const MeshView<S>& mesh, unsigned triangles, std::size_t vertic
 
 }  // namespace
 
-template <typename S>
-void FeatureOwners::assign(const MeshView<S>& mesh, std::size_t num_vertices,
+void FeatureOwners::assign(const MeshView<double>& mesh, std::size_t num_vertices,
                            const Scratch<unsigned>& primitives,
                            std::vector<BoundaryEdge>& boundary) {
   const auto triangles = static_cast<unsigned>(primitives.size());
@@ -82,10 +79,5 @@ void FeatureOwners::assign(const MeshView<S>& mesh, std::size_t num_vertices,
   for (std::size_t place = 0; place < triangles; ++place)
     owners_[place] = {primitives[place], bits[primitives[place]]};
 }
-
-template void FeatureOwners::assign(const MeshView<float>&, std::size_t, const Scratch<unsigned>&,
-                                    std::vector<BoundaryEdge>&);
-template void FeatureOwners::assign(const MeshView<double>&, std::size_t, const Scratch<unsigned>&,
-                                    std::vector<BoundaryEdge>&);
 
 }  // namespace adaptive_bvh

@@ -33,8 +33,7 @@ class FeatureOwners {
  public:
   /// `primitives` are the triangles' indices in the order of a tree's leaves. Overwrites `boundary`
   /// with each edge that is not traversed equally often in both directions.
-  template <typename S>
-  void assign(const MeshView<S>& mesh, std::size_t num_vertices,
+  void assign(const MeshView<double>& mesh, std::size_t num_vertices,
               const Scratch<unsigned>& primitives, std::vector<BoundaryEdge>& boundary);
 
   /// The owner at a position in the order of the leaves.

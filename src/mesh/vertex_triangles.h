@@ -20,9 +20,8 @@ class VertexTriangles {
     std::size_t size() const { return static_cast<std::size_t>(last - first); }
   };
 
-  template <typename S>
-  void assign(const MeshView<S>& mesh, std::size_t num_triangles, std::size_t num_vertices) {
-    begin_.assign(num_vertices + 2, 0);  // offset by one during construction
+  void assign(const MeshView<double>& mesh, std::size_t num_triangles, std::size_t num_vertices) {
+    begin_.assign(num_vertices + 2, 0);  // shifted by one while the triangles are filled in
     forEachCorner(mesh, num_triangles, [&](unsigned v, unsigned) { ++begin_[v + 2]; });
     for (std::size_t i = 2; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
     triangles_.resize(begin_.back());
@@ -38,8 +37,9 @@ class VertexTriangles {
   }
 
  private:
-  template <typename S, typename Visit>
-  static void forEachCorner(const MeshView<S>& mesh, std::size_t triangles, const Visit& visit) {
+  template <typename Visit>
+  static void forEachCorner(const MeshView<double>& mesh, std::size_t triangles,
+                            const Visit& visit) {
     for (unsigned t = 0; t < triangles; ++t) {
       const VertexIndices v = mesh.verticesOf(t);
       visit(v[0], t);
@@ -60,9 +60,8 @@ struct EdgeUse {
 /// Counts how often triangles traverse the edge between two different vertices. If `first` is not
 /// the first triangle with this edge, the count stops early, so that a vertex with many triangles
 /// takes linear time.
-template <typename S>
-EdgeUse useOfEdge(const MeshView<S>& mesh, const VertexTriangles& triangles, unsigned from,
-                  unsigned to, unsigned first) {
+inline EdgeUse useOfEdge(const MeshView<double>& mesh, const VertexTriangles& triangles,
+                         unsigned from, unsigned to, unsigned first) {
   EdgeUse use{~0u};
   const bool has_less = triangles[from].size() < triangles[to].size();
   for (const unsigned t : triangles[has_less ? from : to]) {
@@ -81,8 +80,8 @@ EdgeUse useOfEdge(const MeshView<S>& mesh, const VertexTriangles& triangles, uns
 /// Calls visit(from, to, use) once for each edge that is not traversed equally often in both
 /// directions, in the direction of the majority, until visit returns false. The order is by
 /// increasing triangle index, then by corner.
-template <typename S, typename Visit>
-void forEachOpenEdge(const MeshView<S>& mesh, unsigned num_triangles,
+template <typename Visit>
+void forEachOpenEdge(const MeshView<double>& mesh, unsigned num_triangles,
                      const VertexTriangles& triangles, const Visit& visit) {
   for (unsigned t = 0; t < num_triangles; ++t) {
     const VertexIndices v = mesh.verticesOf(t);

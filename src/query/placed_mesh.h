@@ -18,6 +18,8 @@ struct PlacedMesh {
   template <typename S>
   PlacedMesh(const DeformableMesh<S>& placed, const fcl::Transform3<S>& placement)
       : mesh(stateOf(placed)), tf(placement.template cast<double>()) {}
+  PlacedMesh(const MeshState& placed, const fcl::Transform3d& placement)
+      : mesh(placed), tf(placement) {}
 
   const MeshState& mesh;
   fcl::Transform3d tf;

@@ -131,13 +131,23 @@ fcl::CollisionRequestd inDouble(const CollisionQuery<float>& query) {
                                 request.enable_cost, request.use_approximate_cost);
 }
 
+fcl::Contactf narrowed(const fcl::Contactd& contact) {
+  fcl::Contactf to;
+  to.b1 = contact.b1;
+  to.b2 = contact.b2;
+  to.pos = contact.pos.cast<float>();
+  to.normal = contact.normal.cast<float>();
+  to.penetration_depth = static_cast<float>(contact.penetration_depth);
+  return to;
+}
+
 void addNarrowed(const fcl::CollisionResultd& from, const fcl::CollisionGeometryf* o1,
                  const fcl::CollisionGeometryf* o2, const CollisionQuery<float>& query) {
   for (std::size_t i = 0; i < from.numContacts(); ++i) {
-    const fcl::Contactd& contact = from.getContact(i);
-    query.result.addContact(fcl::Contactf(o1, o2, contact.b1, contact.b2, contact.pos.cast<float>(),
-                                          contact.normal.cast<float>(),
-                                          static_cast<float>(contact.penetration_depth)));
+    fcl::Contactf contact = narrowed(from.getContact(i));
+    contact.o1 = o1;
+    contact.o2 = o2;
+    query.result.addContact(contact);
   }
   std::vector<fcl::CostSourced> costs;
   if (query.request.enable_cost) const_cast<fcl::CollisionResultd&>(from).getCostSources(costs);

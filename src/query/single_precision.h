@@ -50,6 +50,19 @@ void answerInDouble(Result<float>& result, const Query& query) {
   narrow(*found, result);
 }
 
+/// Calls query(results) with a list of results in double precision.
+template <template <typename> class Result, typename Query>
+void answerInDouble(std::vector<Result<double>>& results, const Query& query) {
+  query(results);
+}
+template <template <typename> class Result, typename Query>
+void answerInDouble(std::vector<Result<float>>& results, const Query& query) {
+  const Leased<std::vector<Result<double>>> found;
+  query(*found);
+  results.resize(found->size());
+  for (std::size_t i = 0; i < results.size(); ++i) narrow((*found)[i], results[i]);
+}
+
 /// Runs a search that lowers the distance of a result. If it did, stores the two objects in the
 /// result.
 template <typename Search>
@@ -78,7 +91,8 @@ void answerInDouble(const DistanceQuery<float>& query, const fcl::CollisionGeome
 /// An object of a contact query: its cost and its thresholds of occupancy.
 class ContactObject final : public fcl::CollisionGeometryd {
  public:
-  explicit ContactObject(const fcl::CollisionGeometryf& object) {
+  template <typename S>
+  explicit ContactObject(const fcl::CollisionGeometry<S>& object) {
     cost_density = static_cast<double>(object.cost_density);
     threshold_occupied = static_cast<double>(object.threshold_occupied);
     threshold_free = static_cast<double>(object.threshold_free);
@@ -92,7 +106,10 @@ fcl::CollisionRequestd inDouble(const CollisionQuery<float>& query);
 void addNarrowed(const fcl::CollisionResultd& from, const fcl::CollisionGeometryf* o1,
                  const fcl::CollisionGeometryf* o2, const CollisionQuery<float>& query);
 
-/// Runs search(o1, o2, query), which adds the contacts of two objects.
+/// A contact without its objects.
+fcl::Contactf narrowed(const fcl::Contactd& contact);
+
+/// Runs search(o1, o2, query), which adds contacts of two objects.
 template <typename Search>
 void answerInDouble(const CollisionQuery<double>& query, const fcl::CollisionGeometryd* o1,
                     const fcl::CollisionGeometryd* o2, const Search& search) {

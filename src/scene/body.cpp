@@ -3,13 +3,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include <fcl/config.h>
-#if FCL_HAVE_OCTOMAP
-#include <fcl/geometry/octree/octree.h>
-#endif
-
-#include "deformable/mesh_state.h"
-
 namespace adaptive_bvh {
 namespace {
 
@@ -23,12 +16,10 @@ Vector3d turnedHalf(const fcl::Matrix3d& rotation, const Vector3d& half) {
 }
 
 /// Boxes of four nodes below the root, in the mesh's own axes, turned into the world.
-template <typename S>
-WorldBox boxOfMesh(const MeshState& mesh, const fcl::Transform3<S>& tf) {
+WorldBox boxOfMesh(const MeshState& mesh, const fcl::Transform3d& tf) {
   const BodyCoordinates& coordinates = mesh.tree.coordinates();
-  const fcl::Matrix3d turn = tf.linear().template cast<double>() * coordinates.axes();
-  const Vector3d origin = tf.linear().template cast<double>() * coordinates.origin +
-                          tf.translation().template cast<double>();
+  const fcl::Matrix3d turn = tf.linear() * coordinates.axes();
+  const Vector3d origin = tf.linear() * coordinates.origin + tf.translation();
   WorldBox box = {Vector3d::Constant(kInfinity), Vector3d::Constant(-kInfinity)};
   const auto add = [&](const Boxes4& boxes, int lane) {
     const auto corner = [&](const Float4* of) -> Vector3d {
@@ -53,95 +44,103 @@ WorldBox boxOfMesh(const MeshState& mesh, const fcl::Transform3<S>& tf) {
 }
 
 /// The box in the world around a core in a body's frame, grown by its radius.
-template <typename S>
-WorldBox turned(const fcl::Transform3<S>& tf, const ShapeCore& core) {
+WorldBox turned(const fcl::Transform3d& tf, const ShapeCore& core) {
   if (!core.isBounded()) return {Vector3d::Constant(-kInfinity), Vector3d::Constant(kInfinity)};
-  const fcl::Matrix3d turn = tf.linear().template cast<double>() * core.axes;
-  const Vector3d middle =
-      turn * ((core.low + core.high) / 2) + tf.translation().template cast<double>();
+  const fcl::Matrix3d turn = tf.linear() * core.axes;
+  const Vector3d middle = turn * ((core.low + core.high) / 2) + tf.translation();
   const Vector3d half =
       turnedHalf(turn, (core.high - core.low) / 2) + Vector3d::Constant(core.radius);
   return {middle - half, middle + half};
 }
 
-template <typename S>
-WorldBox boxOfGeometry(const fcl::CollisionGeometry<S>& geometry, const fcl::Transform3<S>& tf) {
+WorldBox boxOfParts(const ConvexParts& parts) {
 #if FCL_HAVE_OCTOMAP
-  if (geometry.getNodeType() == fcl::GEOM_OCTREE) {
-    const fcl::AABB<S> root = static_cast<const fcl::OcTree<S>&>(geometry).getRootBV();
+  if (parts.isOctree()) {
+    const fcl::AABBd root = parts.cells().rootBox();
     ShapeCore core;
-    core.low = root.min_.template cast<double>();
-    core.high = root.max_.template cast<double>();
-    return turned(tf, core);
+    core.low = root.min_;
+    core.high = root.max_;
+    return turned(parts.tf(), core);
   }
 #endif
-  return turned(tf, ShapeSolid(geometry).core());
+  return turned(parts.tf(), parts.shape().core());
 }
-
-/// So much a rotation may be off that is taken for one (requireRigid), and what is rounded.
-template <typename S>
-constexpr double kTurnError = std::is_same<S, float>::value ? 2e-3 : 2e-6;
-
-}  // namespace
-
-template <typename S>
-void requireBodyGeometry(const fcl::CollisionGeometry<S>& geometry) {
-  if (dynamic_cast<const DeformableMesh<S>*>(&geometry)) return;
-  const fcl::NODE_TYPE type = geometry.getNodeType();
-  if (!isShape(type) && type != fcl::GEOM_OCTREE)
-    throw std::invalid_argument(
-        "adaptive_bvh: a scene holds objects of type DeformableMesh, shapes and octrees; make a "
-        "DeformableMesh of a BVHModel");
-}
-
-namespace {
 
 /// How far a box is enlarged: a rotation is one up to an error, which counts for all that is seen
 /// from the body's origin.
-template <typename S>
-double marginOf(const WorldBox& box, const fcl::Transform3<S>& tf) {
+double marginOf(const WorldBox& box, const fcl::Transform3d& tf, double turn_error) {
   const Vector3d middle = (box.low + box.high) / 2;
-  const double far =
-      (box.high - box.low).norm() / 2 + (middle - tf.translation().template cast<double>()).norm();
-  return kTurnError<S> * far + 1e-12 * middle.norm();
+  const double far = (box.high - box.low).norm() / 2 + (middle - tf.translation()).norm();
+  return turn_error * far + 1e-12 * middle.norm();
 }
 
 WorldBox enlarged(const WorldBox& box, double margin) {
   return {box.low.array() - margin, box.high.array() + margin};
 }
 
-}  // namespace
-
 template <typename S>
-WorldBox boxAround(const Body<S>& body, const fcl::Transform3<S>& tf) {
-  const WorldBox box = boxOfGeometry(*body.geometry, tf);
-  return box.isBounded() ? enlarged(box, marginOf<S>(box, tf)) : box;
+ObjectKind kindOf(const fcl::CollisionGeometry<S>& geometry) {
+  if (dynamic_cast<const DeformableMesh<S>*>(&geometry)) return ObjectKind::Mesh;
+  const fcl::NODE_TYPE type = geometry.getNodeType();
+  if (isShape(type)) return ObjectKind::Shape;
+  if (type != fcl::GEOM_OCTREE)
+    throw std::invalid_argument(
+        "adaptive_bvh: a scene holds objects of type DeformableMesh, shapes and octrees; make a "
+        "DeformableMesh of a BVHModel");
+  return ObjectKind::Octree;
+}
+
+/// The mesh that a geometry is.
+template <typename S>
+const DeformableMesh<S>& meshIn(const fcl::CollisionGeometry<S>& geometry) {
+  return static_cast<const DeformableMesh<S>&>(geometry);
 }
 
 template <typename S>
-void bound(Body<S>& body) {
-  const std::uint64_t positions = body.mesh ? stateOf(*body.mesh).version : 0;
-  if (body.mesh && body.is_placed && body.positions == positions) return;
+QueryObject objectAt(const fcl::CollisionGeometry<S>& geometry, bool is_mesh,
+                     const fcl::Transform3d& tf) {
+  return is_mesh ? QueryObject(meshIn(geometry), tf) : QueryObject(geometry, tf);
+}
+
+}  // namespace
+
+BodyGeometry::BodyGeometry(const fcl::CollisionGeometryf& geometry)
+    : kind_(kindOf(geometry)), single_(&geometry) {}
+BodyGeometry::BodyGeometry(const fcl::CollisionGeometryd& geometry)
+    : kind_(kindOf(geometry)), double_(&geometry) {}
+
+const MeshState& BodyGeometry::mesh() const {
+  return single_ ? stateOf(meshIn(*single_)) : stateOf(meshIn(*double_));
+}
+QueryObject BodyGeometry::at(const fcl::Transform3d& tf) const {
+  return single_ ? objectAt(*single_, isMesh(), tf) : objectAt(*double_, isMesh(), tf);
+}
+ContactObject BodyGeometry::reported() const {
+  return single_ ? ContactObject(*single_) : ContactObject(*double_);
+}
+
+WorldBox boxAround(const Body& body, const fcl::Transform3d& tf, double turn_error) {
+  const WorldBox box = boxOfParts(body.geometry.at(tf).parts());
+  return box.isBounded() ? enlarged(box, marginOf(box, tf, turn_error)) : box;
+}
+
+void bound(Body& body, double turn_error) {
+  const std::uint64_t positions = body.isMesh() ? body.mesh().version : 0;
+  if (body.isMesh() && body.is_placed && body.positions == positions) return;
   body.positions = positions;
   body.is_placed = true;
-  if (!body.mesh) {
-    body.box = boxAround(body, body.tf);
+  if (!body.isMesh()) {
+    body.box = boxAround(body, body.tf, turn_error);
     body.middle = (body.box.low + body.box.high) / 2;
     body.radius = (body.box.high - body.box.low).norm() / 2;
     return;
   }
-  const WorldBox box = boxOfMesh(stateOf(*body.mesh), body.tf);
-  const double margin = marginOf<S>(box, body.tf);
+  const MeshState& mesh = body.mesh();
+  const WorldBox box = boxOfMesh(mesh, body.tf);
+  const double margin = marginOf(box, body.tf, turn_error);
   body.box = enlarged(box, margin);
-  body.middle = body.tf.template cast<double>() * body.mesh->aabb_center.template cast<double>();
-  body.radius = double(body.mesh->aabb_radius) + margin;
+  body.middle = body.tf * mesh.bounds.aabb_center;
+  body.radius = mesh.bounds.aabb_radius + margin;
 }
-
-template void requireBodyGeometry(const fcl::CollisionGeometry<float>&);
-template void requireBodyGeometry(const fcl::CollisionGeometry<double>&);
-template WorldBox boxAround(const Body<float>&, const fcl::Transform3<float>&);
-template WorldBox boxAround(const Body<double>&, const fcl::Transform3<double>&);
-template void bound(Body<float>&);
-template void bound(Body<double>&);
 
 }  // namespace adaptive_bvh

@@ -1,10 +1,11 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
-#include <memory>
 
 #include "adaptive_bvh/scene.h"
 #include "dispatch/query_object.h"
+#include "query/single_precision.h"
 
 namespace adaptive_bvh {
 
@@ -21,19 +22,41 @@ inline double gapOf(const WorldBox& a, const WorldBox& b) {
   return gap.norm() * (1 - 1e-14);
 }
 
+/// What a body is: a mesh, a shape or an octree of the user's, in either number type. Refers to it.
+/// Its numbers are read in double precision.
+class BodyGeometry {
+ public:
+  /// Throws std::invalid_argument on geometry that a scene cannot hold.
+  explicit BodyGeometry(const fcl::CollisionGeometryf& geometry);
+  explicit BodyGeometry(const fcl::CollisionGeometryd& geometry);
+
+  ObjectKind kind() const { return kind_; }
+  bool isMesh() const { return kind_ == ObjectKind::Mesh; }
+  /// Of a mesh.
+  const MeshState& mesh() const;
+  /// As an object of a query.
+  QueryObject at(const fcl::Transform3d& tf) const;
+  /// The object that contacts name.
+  ContactObject reported() const;
+  /// The sine of an angle that rounding of transforms makes of none.
+  double parallel() const { return single_ ? kParallelIn<float> : kParallelIn<double>; }
+
+ private:
+  ObjectKind kind_;
+  const fcl::CollisionGeometryf* single_ = nullptr;
+  const fcl::CollisionGeometryd* double_ = nullptr;
+};
+
 /// A body of a scene.
-template <typename S>
 struct Body {
-  BodyId id = 0;
-  std::shared_ptr<const fcl::CollisionGeometry<S>> owned;  ///< null of one that is referenced
-  const fcl::CollisionGeometry<S>* geometry = nullptr;
-  const DeformableMesh<S>* mesh = nullptr;  ///< null of a shape and of an octree
-  fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
-  fcl::Transform3<S> start_tf = tf;  ///< where the step began
+  BodyId id;
+  BodyGeometry geometry;
   BodyOptions options;
+  fcl::Transform3d tf;
+  fcl::Transform3d start_tf = tf;  ///< where the step began
 
   // State of the last update.
-  WorldBox box;
+  WorldBox box = {};
   fcl::Vector3d middle = fcl::Vector3d::Zero();  ///< of a ball around it, in the world
   double radius = 0;
   bool is_placed = false;       ///< whether a mesh's are of the present transform
@@ -44,28 +67,23 @@ struct Body {
     bool exists = false;
     BodyId other = 0;
     std::array<int, 2> elements = {-1, -1};
-  } witness;
+  } witness = {};
+
+  bool isMesh() const { return geometry.isMesh(); }
+  /// Of a mesh.
+  const MeshState& mesh() const { return geometry.mesh(); }
+  PlacedMesh placedMesh() const { return {mesh(), tf}; }
+  PlacedMesh inItsFrame() const { return {mesh(), fcl::Transform3d::Identity()}; }
+  QueryObject object() const { return geometry.at(tf); }
 };
 
-/// The body as an object of a query.
-template <typename S>
-QueryObject objectOf(const Body<S>& body) {
-  return body.mesh ? QueryObject(*body.mesh, body.tf) : QueryObject(*body.geometry, body.tf);
-}
-
-/// Throws std::invalid_argument on geometry that a scene cannot hold.
-template <typename S>
-void requireBodyGeometry(const fcl::CollisionGeometry<S>& geometry);
-
 /// A box around a body, other than a mesh, placed by a transform; unbounded of a plane and a
-/// half-space.
-template <typename S>
-WorldBox boxAround(const Body<S>& body, const fcl::Transform3<S>& tf);
+/// half-space. `turn_error`: how far a rotation of the scene may be from one.
+WorldBox boxAround(const Body& body, const fcl::Transform3d& tf, double turn_error);
 
 /// Computes the box and the ball of a body in its present state: of a mesh where it or its
 /// transform has changed, of others, which have no version, always. They are unbounded of a plane
 /// and a half-space.
-template <typename S>
-void bound(Body<S>& body);
+void bound(Body& body, double turn_error);
 
 }  // namespace adaptive_bvh

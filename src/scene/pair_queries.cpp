@@ -1,35 +1,32 @@
+#include <algorithm>
 #include <array>
 #include <tuple>
 #include <utility>
 
-#include "adaptive_bvh/self_collision.h"
 #include "base/leased.h"
 #include "base/task_pool.h"
 #include "dispatch/contained.h"
 #include "dispatch/pairs.h"
-#include "query/single_precision.h"
+#include "dispatch/shape_search.h"
+#include "query/contacts/contacts.h"
+#include "query/contacts/vertex_contacts.h"
+#include "query/within/near_pairs.h"
 #include "scene/scene_state.h"
 
 namespace adaptive_bvh {
 namespace {
 
-template <typename S>
-using Contacts = std::vector<fcl::Contact<S>>;
+using ContactList = std::vector<fcl::Contactd>;
 
 // The vectors of a result. Vectors that were not requested are empty.
-template <typename S>
-auto vectorsOf(Contacts<S>& contacts) {
-  return std::tie(contacts);
-}
-template <typename S>
-auto vectorsOf(TrianglePairs<S>& pairs) {
+auto vectorsOf(ContactList& contacts) { return std::tie(contacts); }
+auto vectorsOf(TrianglePairs<double>& pairs) {
   return std::tie(pairs.triangles, pairs.distances, pairs.nearest_points);
 }
 auto vectorsOf(FeaturePairs& pairs) {
   return std::tie(pairs.vertex_face, pairs.face_vertex, pairs.edge_edge);
 }
-template <typename S>
-auto vectorsOf(VertexContacts<S>& c) {
+auto vectorsOf(VertexContacts<double>& c) {
   return std::tie(c.vertices, c.distances, c.positions, c.nearest_points, c.normals, c.triangles,
                   c.barycentric, c.areas);
 }
@@ -105,75 +102,71 @@ void queryPairs(int threads, const std::vector<BodyPair>& pairs, const Query& qu
 }
 
 /// Adds each body that is to be tested against itself, where `pairs` are sorted.
-template <typename S>
-void addSelves(const std::vector<Body<S>>& bodies, std::vector<BodyPair>& pairs) {
+void addSelves(const std::vector<Body>& bodies, std::vector<BodyPair>& pairs) {
   const std::size_t before = pairs.size();
   for (unsigned i = 0; i < bodies.size(); ++i)
     if (bodies[i].options.self_collision) pairs.push_back({i, i});
   std::inplace_merge(pairs.begin(), pairs.begin() + std::ptrdiff_t(before), pairs.end());
 }
 
-/// A contact whose objects are those of the pair, in its order.
-template <typename S>
-fcl::Contact<S> inOrder(fcl::Contact<S> contact, const fcl::CollisionGeometry<S>* first) {
-  if (contact.o1 == first) return contact;
-  std::swap(contact.o1, contact.o2);
-  std::swap(contact.b1, contact.b2);
-  contact.normal = -contact.normal;
+/// A body of a query for contacts, and the object that these name.
+struct CollidingBody {
+  explicit CollidingBody(const Body& of) : body(of), object(of.geometry.reported()) {}
+
+  const Body& body;
+  const ContactObject object;
+};
+
+/// A contact in the order of a pair, without the names of its objects.
+fcl::Contactd inOrder(fcl::Contactd contact, const CollidingBody& first) {
+  if (contact.o1 != &first.object) {
+    std::swap(contact.b1, contact.b2);
+    contact.normal = -contact.normal;
+  }
+  contact.o1 = contact.o2 = nullptr;
   return contact;
 }
 
-/// Two bodies of a query and the objects that its contacts name, in the order of contacts.
-struct PairOfObjects {
-  const QueryObject &first, &second;
-  const fcl::CollisionGeometryd &o1, &o2;
-};
-
 /// Adds the contacts of a body inside of a solid one, whose surfaces do not touch.
-void addInside(const PairOfObjects& of, bool is_first_solid, bool is_second_solid,
-               const CollisionQuery<double>& query) {
-  if (is_second_solid && of.first.kind() == ObjectKind::Mesh && !query.isSatisfied())
-    addContained(of.first.mesh(), of.second.mesh(), false, of.o1, of.o2, query);
-  if (!is_first_solid || query.isSatisfied()) return;
-  if (of.second.kind() == ObjectKind::Mesh)
-    addContained(of.second.mesh(), of.first.mesh(), true, of.o1, of.o2, query);
-  if (of.second.kind() == ObjectKind::Shape)
-    addContained(of.second.solid(), of.first.mesh(), of.o1, of.o2, query);
+void addInside(const CollidingBody& a, const QueryObject& first, const CollidingBody& b,
+               const QueryObject& second, const CollisionQuery<double>& query) {
+  if (b.body.options.solid && first.kind() == ObjectKind::Mesh && !query.isSatisfied())
+    addContained(first.mesh(), second.mesh(), false, a.object, b.object, query);
+  if (!a.body.options.solid || query.isSatisfied()) return;
+  if (second.kind() == ObjectKind::Mesh)
+    addContained(second.mesh(), first.mesh(), true, a.object, b.object, query);
+  if (second.kind() == ObjectKind::Shape)
+    addContained(second.solid(), first.mesh(), a.object, b.object, query);
 }
 
 /// Adds the contacts of two bodies.
-template <typename S>
-void collideBodies(const Body<S>& a, const Body<S>& b, const CollisionQuery<S>& query) {
-  const QueryObject first(objectOf(a)), second(objectOf(b));
+void collideBodies(const CollidingBody& a, const CollidingBody& b,
+                   const CollisionQuery<double>& query) {
+  const QueryObject first(a.body.object()), second(b.body.object());
   const PairSearch& pair = searchOf(first.kind(), second.kind());
   if (pair.is_swapped) return collideBodies(b, a, query);
-  answerInDouble(
-      query, a.geometry, b.geometry,
-      [&](const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
-          const CollisionQuery<double>& in_double) {
-        pair.collide(first, second, o1, o2, in_double);
-        if (!in_double.result.isCollision())
-          addInside({first, second, o1, o2}, a.options.solid, b.options.solid, in_double);
-      });
+  pair.collide(first, second, a.object, b.object, query);
+  if (!query.result.isCollision()) addInside(a, first, b, second, query);
+  if (!query.request.enable_contact) unsetFields(query.result, 0);
 }
 
 /// Whether two bodies touch, with their contacts; or one itself.
-template <typename S>
-bool collidePair(const Body<S>& a, const Body<S>& b, const SceneCollisionRequest& request,
-                 Contacts<S>& found) {
-  const fcl::CollisionRequest<S> asked(std::max<std::size_t>(1, request.contacts_per_pair),
-                                       request.enable_contact && request.contacts_per_pair > 0);
-  const Leased<fcl::CollisionResult<S>> leased;
-  fcl::CollisionResult<S>& result = *leased;
+bool collidePair(const Body& a, const Body& b, const SceneCollisionRequest& request,
+                 ContactList& found) {
+  const fcl::CollisionRequestd asked(std::max<std::size_t>(1, request.contacts_per_pair),
+                                     request.enable_contact && request.contacts_per_pair > 0);
+  const Leased<fcl::CollisionResultd> leased;
+  fcl::CollisionResultd& result = *leased;
   result.clear();
+  const CollidingBody first(a), second(b);
   if (&a == &b) {
-    selfCollide(*a.mesh, a.tf, asked, result);
+    const PlacedMesh mesh(a.placedMesh());
+    collideWithItself({first.object, mesh}, NeighbourFilter::SharedVertex, {}, {asked, result});
   } else {
-    collideBodies<S>(a, b, {asked, result});
-    if (!asked.enable_contact) unsetFields(result, 0);
+    collideBodies(first, second, {asked, result});
   }
   for (std::size_t i = 0; i < result.numContacts() && i < request.contacts_per_pair; ++i)
-    found.push_back(inOrder(result.getContact(i), a.geometry));
+    found.push_back(inOrder(result.getContact(i), first));
   return result.isCollision();
 }
 
@@ -184,8 +177,8 @@ std::array<std::size_t, 3> offsetOf(const Mark& mark, const std::array<std::size
 
 /// Overwrites a result, of which `found` is a part, by what query(first, second, found) finds for
 /// pairs of bodies, as queryPairs; up to the first pair that counts on request.
-template <typename S, typename Query, typename Result, typename Data>
-void collect(const std::vector<Body<S>>& bodies, int threads, const std::vector<BodyPair>& pairs,
+template <typename Query, typename Result, typename Data>
+void collect(const std::vector<Body>& bodies, int threads, const std::vector<BodyPair>& pairs,
              const Query& query, Result& result, Data& found, bool first_only = false) {
   using Offset = typename decltype(result.offsets)::value_type;
   result.pairs.clear();
@@ -205,13 +198,13 @@ void collect(const std::vector<Body<S>>& bodies, int threads, const std::vector<
 }
 
 /// Collects results of a query(first, second, near) that overwrites `near`, all of which counts.
-template <typename S, typename Query, typename Result>
-std::size_t collectFound(const std::vector<Body<S>>& bodies, int threads,
-                         const std::vector<BodyPair>& pairs, const Query& query, Result& result) {
+template <typename Query, typename Result>
+void collectFound(const std::vector<Body>& bodies, int threads, const std::vector<BodyPair>& pairs,
+                  const Query& query, Result& result) {
   using Data = decltype(result.found);
   collect(
       bodies, threads, pairs,
-      [&](const Body<S>& a, const Body<S>& b, Data& found) {
+      [&](const Body& a, const Body& b, Data& found) {
         const Leased<Data> near;
         near->clear();
         query(a, b, *near);
@@ -219,98 +212,71 @@ std::size_t collectFound(const std::vector<Body<S>>& bodies, int threads,
         return near->size() > 0;
       },
       result, result.found);
-  return result.found.size();
 }
 
 }  // namespace
 
-template <typename S>
-std::size_t Scene<S>::collisions(const SceneCollisionRequest& request,
-                                 SceneCollisions<S>& result) const {
-  const State& state = *state_;
-  state.requireCurrent();
-  const Leased<std::vector<BodyPair>> leased;
-  std::vector<BodyPair>& pairs = *leased;
-  state.findPairs(0, 0, pairs);
-  addSelves(state.bodies, pairs);
+void SceneState::collisions(const SceneCollisionRequest& request,
+                            SceneCollisions<double>& result) const {
+  requireCurrent();
+  const Leased<std::vector<BodyPair>> pairs;
+  findPairs(0, 0, *pairs);
+  addSelves(bodies, *pairs);
   collect(
-      state.bodies, state.threads, pairs,
-      [&](const Body<S>& a, const Body<S>& b, Contacts<S>& found) {
+      bodies, threads, *pairs,
+      [&](const Body& a, const Body& b, ContactList& found) {
         return collidePair(a, b, request, found);
       },
       result, result.contacts, request.first_only);
-  return result.pairs.size();
 }
 
-template <typename S>
-std::size_t Scene<S>::pairsWithin(const ProximityRequest<S>& request,
-                                  SceneTrianglePairs<S>& result) const {
-  const State& state = *state_;
-  requireDistance(request.distance);
-  state.requireCurrent();
-  const Leased<std::vector<BodyPair>> leased;
-  std::vector<BodyPair>& pairs = *leased;
-  state.findPairs(double(request.distance), 2, pairs);
-  addSelves(state.bodies, pairs);
-  const auto query = [&](const Body<S>& a, const Body<S>& b, TrianglePairs<S>& near) {
-    if (&a != &b) {
-      adaptive_bvh::pairsWithin(*a.mesh, a.tf, *b.mesh, b.tf, request, near);
-      return;
-    }
-    adaptive_bvh::pairsWithin(*a.mesh, request, near);
+void SceneState::pairsWithin(const ProximityRequest<double>& request,
+                             SceneTrianglePairs<double>& result) const {
+  requireCurrent();
+  const Leased<std::vector<BodyPair>> pairs;
+  findPairs(request.distance, 2, *pairs);
+  addSelves(bodies, *pairs);
+  const auto query = [&](const Body& a, const Body& b, TrianglePairs<double>& near) {
+    if (&a != &b) return findPairsWithin({a.placedMesh(), b.placedMesh()}, request, near);
+    findPairsWithin(a.inItsFrame(), request, NeighbourFilter::SharedVertex, near);
     for (auto& points : near.nearest_points)
-      for (fcl::Vector3<S>& x : points) x = a.tf * x;
+      for (fcl::Vector3d& x : points) x = a.tf * x;
   };
-  return collectFound(state.bodies, state.threads, pairs, query, result);
+  collectFound(bodies, threads, *pairs, query, result);
 }
 
-template <typename S>
-std::size_t Scene<S>::featurePairsWithin(S distance, SceneFeaturePairs& result) const {
-  const State& state = *state_;
-  requireDistance(distance);
-  state.requireCurrent();
-  const Leased<std::vector<BodyPair>> leased;
-  std::vector<BodyPair>& pairs = *leased;
-  state.findPairs(double(distance), 2, pairs);
-  addSelves(state.bodies, pairs);
-  const auto query = [&](const Body<S>& a, const Body<S>& b, FeaturePairs& near) {
+void SceneState::featurePairsWithin(double distance, SceneFeaturePairs& result) const {
+  requireCurrent();
+  const Leased<std::vector<BodyPair>> pairs;
+  findPairs(distance, 2, *pairs);
+  addSelves(bodies, *pairs);
+  FeatureProximityRequest<double> request;
+  request.distance = distance;
+  const auto query = [&](const Body& a, const Body& b, FeaturePairs& near) {
     if (&a == &b)
-      adaptive_bvh::featurePairsWithin(*a.mesh, distance, near);
+      findFeaturePairsWithin(a.inItsFrame(), request, near);
     else
-      adaptive_bvh::featurePairsWithin(*a.mesh, a.tf, *b.mesh, b.tf, distance, near);
+      findFeaturePairsWithin({a.placedMesh(), b.placedMesh()}, request, near);
   };
-  return collectFound(state.bodies, state.threads, pairs, query, result);
+  collectFound(bodies, threads, *pairs, query, result);
 }
 
-template <typename S>
-std::size_t Scene<S>::vertexContacts(S margin, SceneVertexContacts<S>& result) const {
-  const State& state = *state_;
-  requireDistance(margin);
-  state.requireCurrent();
+void SceneState::vertexContacts(double margin, SceneVertexContacts<double>& result) const {
+  requireCurrent();
   const Leased<std::vector<BodyPair>> leased;
   std::vector<BodyPair>& pairs = *leased;
-  state.findPairs(double(margin), 1, pairs);
+  findPairs(margin, 1, pairs);
   for (std::size_t i = 0, count = pairs.size(); i < count; ++i)
     pairs.push_back({pairs[i].second, pairs[i].first});
   std::sort(pairs.begin(), pairs.end());
-  const auto query = [&](const Body<S>& a, const Body<S>& b, VertexContacts<S>& near) {
-    const bool has_inside = b.mesh ? stateOf(*b.mesh).topology->owners.isClosed()
-                                   : b.geometry->getNodeType() != fcl::GEOM_OCTREE;
-    if (a.mesh && has_inside)
-      adaptive_bvh::vertexContacts(*a.mesh, a.tf, *b.geometry, b.tf, margin, near);
+  const auto query = [&](const Body& a, const Body& b, VertexContacts<double>& near) {
+    if (!a.isMesh() || b.geometry.kind() == ObjectKind::Octree) return;
+    if (!b.isMesh())
+      findVertexContacts(a.placedMesh(), b.object().parts().shape(), b.tf, margin, near);
+    else if (b.mesh().topology->owners.isClosed())
+      findVertexContacts(a.placedMesh(), b.placedMesh(), margin, near);
   };
-  return collectFound(state.bodies, state.threads, pairs, query, result);
+  collectFound(bodies, threads, pairs, query, result);
 }
-
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                              \
-  template std::size_t Scene<S>::collisions(const SceneCollisionRequest&, SceneCollisions<S>&)   \
-      const;                                                                                     \
-  template std::size_t Scene<S>::pairsWithin(const ProximityRequest<S>&, SceneTrianglePairs<S>&) \
-      const;                                                                                     \
-  template std::size_t Scene<S>::featurePairsWithin(S, SceneFeaturePairs&) const;                \
-  template std::size_t Scene<S>::vertexContacts(S, SceneVertexContacts<S>&) const;
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
-#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -1,4 +1,4 @@
-#include <stdexcept>
+#include <cmath>
 
 #include "dispatch/convex_parts.h"
 #include "query/points/point_search.h"
@@ -12,166 +12,139 @@ namespace {
 constexpr double kCellRounding = 1e-12;
 
 /// Makes `best` the nearest point of a mesh, if that is nearer.
-template <typename S>
-void improve(const Body<S>& body, const fcl::Transform3d& tf, const fcl::Vector3d& x,
-             double& distance, ScenePoint<S>& best) {
+void improve(const Body& body, const fcl::Vector3d& x, ScenePoint<double>& best) {
   PointSearch::Nearest nearest;
-  nearest.distance = distance;
-  const fcl::Vector3d seen = tf.linear().transpose() * (x - tf.translation());
-  PointSearch(stateOf(*body.mesh)).search(seen, nearest);
-  if (nearest.triangle < 0 || !(nearest.distance < distance)) return;
-  distance = nearest.distance;
-  best = {body.id, static_cast<S>(distance), (tf * nearest.point).template cast<S>(),
-          nearest.triangle};
+  nearest.distance = best.distance;
+  const fcl::Vector3d seen = body.tf.linear().transpose() * (x - body.tf.translation());
+  PointSearch(body.mesh()).search(seen, nearest);
+  if (nearest.triangle < 0 || !(nearest.distance < best.distance)) return;
+  best = {body.id, nearest.distance, body.tf * nearest.point, nearest.triangle};
 }
 
 /// Of a shape, or of an octree's cells.
-template <typename S>
-void improveByParts(const Body<S>& body, const fcl::Vector3d& x, double& distance,
-                    ScenePoint<S>& best) {
+void improveByParts(const Body& body, const fcl::Vector3d& x, ScenePoint<double>& best) {
   const auto bound = [&](const CellBall& ball) {
     const double rounding = kCellRounding * (x.norm() + ball.middle.norm());
     return (ball.middle - x).norm() - ball.radius - rounding;
   };
-  ConvexParts(*body.geometry, body.tf.template cast<double>())
-      .visit(
-          bound, [&] { return distance; },
-          [&](const ConvexPart& part) {
-            const auto& [solid, tf] = part.placed;
-            const ShapeSurface found =
-                solid.surface(tf.linear().transpose() * (x - tf.translation()));
-            if (!(std::fabs(found.distance) < distance)) return false;
-            distance = std::fabs(found.distance);
-            best = {body.id, static_cast<S>(distance), (tf * found.nearest).template cast<S>(),
-                    int(part.id)};
-            return false;
-          });
-}
-
-/// The first t of the range, rounded to S, at which a line crosses the surface of a shape; infinite
-/// where it does not.
-template <typename S>
-S crossing(const PlacedSolid& placed, const Line& line, const RayRange<S>& range) {
-  const fcl::Matrix3d back = placed.tf.linear().transpose();
-  const LineInterval found =
-      placed.solid.along({back * (line.origin - placed.tf.translation()), back * line.direction});
-  if (found.isEmpty()) return std::numeric_limits<S>::infinity();
-  for (const double end : {found.enter, found.leave}) {
-    const S t = static_cast<S>(end);
-    if (t >= range.begin && t <= range.end && t < std::numeric_limits<S>::infinity())
-      return t + S(0);  // not -0
-  }
-  return std::numeric_limits<S>::infinity();
+  const QueryObject object(body.object());
+  object.parts().visit(
+      bound, [&] { return best.distance; },
+      [&](const ConvexPart& part) {
+        const auto& [solid, tf] = part.placed;
+        const ShapeSurface found = solid.surface(tf.linear().transpose() * (x - tf.translation()));
+        const double distance = std::fabs(found.distance);
+        if (distance < best.distance)
+          best = {body.id, distance, tf * found.nearest, static_cast<int>(part.id)};
+        return false;
+      });
 }
 
 /// A ray of a scene and its first hit so far.
-template <typename S>
 class SceneRay {
  public:
-  SceneRay(const fcl::Vector3<S>& origin, const fcl::Vector3<S>& direction,
-           const RayRange<S>& range)
-      : origin_(origin),
-        direction_(direction),
-        line_{origin.template cast<double>(), direction.template cast<double>()},
-        range_(range) {
-    best_.hit = {std::numeric_limits<S>::infinity(), -1, 0, 0};
+  SceneRay(const Line& line, const RayRange<double>& range, bool single)
+      : line_(line), range_(range), single_(single) {
+    best_.hit = {kNone, -1, 0, 0};
   }
 
   const Line& line() const { return line_; }
-  const SceneRayHit<S>& best() const { return best_; }
+  const SceneRayHit<double>& best() const { return best_; }
   /// The t beyond which no hits are needed.
-  double end() const { return double(std::min(best_.hit.t, range_.end)); }
+  double end() const { return std::min(best_.hit.t, range_.end); }
 
-  void test(const Body<S>& body) {
-    if (!body.mesh) return testParts(body);
-    const fcl::Matrix3<S> back = body.tf.linear().transpose();
-    take(body.id, firstHit(*body.mesh, fcl::Vector3<S>(back * (origin_ - body.tf.translation())),
-                           fcl::Vector3<S>(back * direction_), range_));
-  }
+  void test(const Body& body) { body.isMesh() ? testMesh(body) : testParts(body); }
 
  private:
-  void testParts(const Body<S>& body) {
+  void testMesh(const Body& body) {
+    const fcl::Matrix3d back = body.tf.linear().transpose();
+    const fcl::Vector3d origin = back * (line_.origin - body.tf.translation()),
+                        direction = back * line_.direction;
+    requireRay(origin, direction);
+    RayHit<double> first = {kNone, -1, 0, 0};
+    const auto keepFirst = [&](int triangle, const RayTriangle::Hit& hit) -> double {
+      const double t = rounded(hit.t);
+      if (isIn(t) && (t < first.t || (t == first.t && triangle < first.triangle)))
+        first = {t, triangle, hit.u, hit.v};
+      return std::min(first.t, end());
+    };
+    RayWalk(body.mesh()).search(origin, direction, range_.begin, end(), keepFirst);
+    take(body.id, first);
+  }
+  void testParts(const Body& body) {
     const auto bound = [&](const CellBall& ball) {
       const double rounding = kCellRounding * (line_.origin.norm() + ball.middle.norm());
       const LineInterval in_ball = lineInBall<fcl::Vector3d>(
           line_.origin - ball.middle, line_.direction, ball.radius + rounding);
       return in_ball.isEmpty() || in_ball.leave < 0 ? kNone : std::max(in_ball.enter, 0.);
     };
-    ConvexParts(*body.geometry, body.tf.template cast<double>())
-        .visit(
-            bound, [&] { return std::min(end(), std::numeric_limits<double>::max()); },
-            [&](const ConvexPart& part) {
-              take(body.id, {crossing(part.placed, line_, range_), int(part.id), 0, 0});
-              return false;
-            });
+    const QueryObject object(body.object());
+    object.parts().visit(
+        bound, [&] { return std::min(end(), std::numeric_limits<double>::max()); },
+        [&](const ConvexPart& part) {
+          take(body.id, {crossing(part.placed), int(part.id), 0, 0});
+          return false;
+        });
   }
-  void take(BodyId body, const RayHit<S>& hit) {
-    const bool is_smaller = body < best_.body && hit.t < std::numeric_limits<S>::infinity();
+  /// The first t of the range at which the line crosses the surface of a shape; infinite where it
+  /// does not.
+  double crossing(const PlacedSolid& placed) const {
+    const fcl::Matrix3d back = placed.tf.linear().transpose();
+    const LineInterval found = placed.solid.along(
+        {back * (line_.origin - placed.tf.translation()), back * line_.direction});
+    if (found.isEmpty()) return kNone;
+    for (const double end : {found.enter, found.leave})
+      if (const double t = rounded(end); isIn(t)) return t + 0.;  // not -0
+    return kNone;
+  }
+  /// As the user sees it: of two hits that single precision does not tell apart, the order of
+  /// bodies and triangles decides which is the first.
+  double rounded(double t) const {
+    return single_ ? static_cast<double>(static_cast<float>(t)) : t;
+  }
+  bool isIn(double t) const { return t >= range_.begin && t <= range_.end && t < kNone; }
+  void take(BodyId body, const RayHit<double>& hit) {
+    const bool is_smaller = body < best_.body && hit.t < kNone;
     if (hit.t < best_.hit.t || (hit.t == best_.hit.t && is_smaller)) best_ = {body, hit};
   }
 
   static constexpr double kNone = std::numeric_limits<double>::infinity();
 
-  const fcl::Vector3<S>&origin_, &direction_;
   const Line line_;
-  const RayRange<S>& range_;
-  SceneRayHit<S> best_;
+  const RayRange<double>& range_;
+  const bool single_;
+  SceneRayHit<double> best_;
 };
 
 }  // namespace
 
-template <typename S>
-ScenePoint<S> Scene<S>::nearestPoint(const fcl::Vector3<S>& point) const {
-  const State& state = *state_;
-  state.requireCurrent();
-  if (!point.allFinite()) throw std::invalid_argument("adaptive_bvh: a point is not finite");
-  const fcl::Vector3d x{double(point[0]), double(point[1]), double(point[2])};
-  ScenePoint<S> best;
-  double distance = std::numeric_limits<double>::infinity();
-  state.visitByDistance({x, x}, [&](const Body<S>& body) {
-    if (body.mesh)
-      improve(body, body.tf.template cast<double>(), x, distance, best);
-    else
-      improveByParts(body, x, distance, best);
-    return State::slack(distance);
+ScenePoint<double> SceneState::nearestPoint(const fcl::Vector3d& point) const {
+  requireCurrent();
+  ScenePoint<double> best;
+  visitByDistance({point, point}, [&](const Body& body) {
+    body.isMesh() ? improve(body, point, best) : improveByParts(body, point, best);
+    return slack(best.distance);
   });
   return best;
 }
 
-template <typename S>
-void Scene<S>::firstHits(const fcl::Vector3<S>* origins, const fcl::Vector3<S>* directions,
-                         std::size_t count, const RayRange<S>& range,
-                         std::vector<SceneRayHit<S>>& result) const {
-  const State& state = *state_;
-  state.requireCurrent();
-  requireRange(range);
-  for (std::size_t i = 0; i < count; ++i)
-    if (!origins[i].allFinite() || !directions[i].allFinite() || directions[i].isZero(0))
-      throw std::invalid_argument("adaptive_bvh: ray " + std::to_string(i) +
-                                  " is not finite or has no direction");
+void SceneState::firstHits(const fcl::Vector3d* origins, const fcl::Vector3d* directions,
+                           std::size_t count, const RayRange<double>& range,
+                           std::vector<SceneRayHit<double>>& result) const {
+  requireCurrent();
   result.resize(count);
   const auto cast = [&](std::size_t r) {
-    SceneRay<S> ray(origins[r], directions[r], range);
-    for (const unsigned i : state.unbounded) ray.test(state.bodies[i]);
-    state.tree.visitAlongRay(ray.line().origin, ray.line().direction, [&](unsigned i, double) {
-      ray.test(state.bodies[state.in_tree[i]]);
-      return State::slack(ray.end());
+    SceneRay ray({origins[r], directions[r]}, range, single);
+    for (const unsigned i : unbounded) ray.test(bodies[i]);
+    tree.visitAlongRay(origins[r], directions[r], [&](unsigned i, double) {
+      ray.test(bodies[in_tree[i]]);
+      return slack(ray.end());
     });
     result[r] = ray.best();
   };
-  forEachBatch(state.threads, count, [&](std::size_t begin, std::size_t end) {
+  forEachBatch(threads, count, [&](std::size_t begin, std::size_t end) {
     for (std::size_t r = begin; r < end; ++r) cast(r);
   });
 }
-
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                              \
-  template ScenePoint<S> Scene<S>::nearestPoint(const fcl::Vector3<S>&) const;                   \
-  template void Scene<S>::firstHits(const fcl::Vector3<S>*, const fcl::Vector3<S>*, std::size_t, \
-                                    const RayRange<S>&, std::vector<SceneRayHit<S>>&) const;     \
-  template void Scene<S>::firstHits(const fcl::Vector3<S>*, const fcl::Vector3<S>*, std::size_t, \
-                                    std::vector<SceneRayHit<S>>&) const;
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
-#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

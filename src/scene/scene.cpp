@@ -1,12 +1,60 @@
 #include "adaptive_bvh/scene.h"
 
+#include <algorithm>
+#include <array>
 #include <map>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
 
-#include "base/task_pool.h"
+#include "base/leased.h"
+#include "base/rigid.h"
 #include "query/closed_surface.h"
+#include "query/points/ray_search.h"
+#include "query/single_precision.h"
+#include "scene/scene_results.h"
 #include "scene/scene_state.h"
 
 namespace adaptive_bvh {
+
+/// A double scene, and what the user gave of its bodies.
+template <typename S>
+struct Scene<S>::State {
+  /// A body as the user sees it.
+  struct Given {
+    std::shared_ptr<const Geometry> owned;  ///< null of one that is referenced
+    const Geometry* geometry;
+    Transform tf;
+  };
+
+  SceneState scene{std::is_same<S, float>::value};
+  std::vector<Given> given;  ///< by place
+};
+
+namespace {
+
+void requireOptions(const BodyGeometry& geometry, const BodyOptions& options) {
+  if (options.self_collision && !geometry.isMesh())
+    throw std::invalid_argument("adaptive_bvh: only a mesh can collide with itself");
+  if (!options.solid) return;
+  if (!geometry.isMesh())
+    throw std::invalid_argument("adaptive_bvh: only a mesh can be made solid; a shape always is");
+  requireClosed(geometry.mesh(), "a solid body");
+}
+
+/// Arrays of a user's points in double precision.
+const fcl::Vector3d* inDouble(const fcl::Vector3d* points, std::size_t,
+                              std::vector<fcl::Vector3d>&) {
+  return points;
+}
+const fcl::Vector3d* inDouble(const fcl::Vector3f* points, std::size_t count,
+                              std::vector<fcl::Vector3d>& converted) {
+  converted.resize(count);
+  for (std::size_t i = 0; i < count; ++i) converted[i] = points[i].cast<double>();
+  return converted.data();
+}
+
+}  // namespace
 
 template <typename S>
 Scene<S>::Scene() : state_(std::make_unique<State>()) {}
@@ -17,19 +65,7 @@ Scene<S>::Scene(Scene&&) noexcept = default;
 template <typename S>
 Scene<S>& Scene<S>::operator=(Scene&&) noexcept = default;
 
-namespace {
-
-template <typename S>
-void requireOptions(const DeformableMesh<S>* mesh, const BodyOptions& options) {
-  if (options.self_collision && !mesh)
-    throw std::invalid_argument("adaptive_bvh: only a mesh can collide with itself");
-  if (!options.solid) return;
-  if (!mesh)
-    throw std::invalid_argument("adaptive_bvh: only a mesh can be made solid; a shape always is");
-  requireClosed(stateOf(*mesh), "a solid body");
-}
-
-}  // namespace
+// ---- Bodies
 
 template <typename S>
 BodyId Scene<S>::add(std::shared_ptr<const Geometry> geometry, const Transform& tf,
@@ -37,196 +73,247 @@ BodyId Scene<S>::add(std::shared_ptr<const Geometry> geometry, const Transform& 
   if (!geometry) throw std::invalid_argument("adaptive_bvh: a body has no geometry");
   const Geometry& referenced = *geometry;
   const BodyId id = add(referenced, tf, options);
-  state_->bodies.back().owned = std::move(geometry);
+  state_->given.back().owned = std::move(geometry);
   return id;
 }
 
 template <typename S>
 BodyId Scene<S>::add(const Geometry& geometry, const Transform& tf, const BodyOptions& options) {
-  requireBodyGeometry(geometry);
+  const BodyGeometry of_body(geometry);
   requireRigid(tf);
-  const auto* mesh = dynamic_cast<const DeformableMesh<S>*>(&geometry);
-  requireOptions(mesh, options);
-  Body<S> body;
-  body.id = state_->next_id;
-  body.geometry = &geometry;
-  body.mesh = mesh;
-  body.tf = body.start_tf = tf;
-  body.options = options;
-  state_->bodies.push_back(std::move(body));
-  state_->is_current = false;
-  return state_->next_id++;
+  requireOptions(of_body, options);
+  SceneState& scene = state_->scene;
+  state_->given.push_back({nullptr, &geometry, tf});
+  try {
+    scene.bodies.push_back(
+        {scene.next_id, of_body, options, fcl::Transform3d(tf.template cast<double>())});
+  } catch (...) {
+    state_->given.pop_back();
+    throw;
+  }
+  scene.is_current = false;
+  return scene.next_id++;
 }
 
 template <typename S>
 void Scene<S>::remove(BodyId body) {
-  State& state = *state_;
-  state.bodies.erase(state.bodies.begin() + std::ptrdiff_t(state.placeOf(body)));
-  const auto names = [&](const BodyPair& pair) {
-    return pair.first == body || pair.second == body;
-  };
-  state.ignored.erase(std::remove_if(state.ignored.begin(), state.ignored.end(), names),
-                      state.ignored.end());
-  state.is_current = false;
+  SceneState& scene = state_->scene;
+  const auto place = std::ptrdiff_t(scene.placeOf(body));
+  scene.bodies.erase(scene.bodies.begin() + place);
+  state_->given.erase(state_->given.begin() + place);
+  scene.forget(body);
+  scene.is_current = false;
 }
 
 template <typename S>
 void Scene<S>::setTransform(BodyId body, const Transform& tf) {
-  Body<S>& at = state_->bodies[state_->placeOf(body)];
+  const std::size_t place = state_->scene.placeOf(body);
   requireRigid(tf);
-  at.tf = tf;
+  state_->given[place].tf = tf;
+  Body& at = state_->scene.bodies[place];
+  at.tf = tf.template cast<double>();
   at.is_placed = false;
-  state_->is_current = false;
+  state_->scene.is_current = false;
 }
 
 template <typename S>
 void Scene<S>::setOptions(BodyId body, const BodyOptions& options) {
-  Body<S>& at = state_->bodies[state_->placeOf(body)];
-  requireOptions(at.mesh, options);
+  Body& at = state_->scene.bodies[state_->scene.placeOf(body)];
+  requireOptions(at.geometry, options);
   at.options = options;
 }
 
 template <typename S>
 Scene<S> Scene<S>::snapshot() const {
-  state_->requireCurrent();
+  state_->scene.requireCurrent();
   Scene copy;
   *copy.state_ = *state_;
-  std::map<const DeformableMesh<S>*, std::shared_ptr<const DeformableMesh<S>>> copies;
-  for (Body<S>& body : copy.state_->bodies) {
-    if (!body.mesh) continue;
-    std::shared_ptr<const DeformableMesh<S>>& mesh = copies[body.mesh];
-    if (!mesh) mesh = std::make_shared<DeformableMesh<S>>(*body.mesh);
-    body.mesh = mesh.get();
-    body.geometry = mesh.get();
-    body.owned = mesh;
+  std::map<const Geometry*, std::shared_ptr<const Geometry>> copies;
+  for (std::size_t i = 0; i < size(); ++i) {
+    Body& body = copy.state_->scene.bodies[i];
+    if (!body.isMesh()) continue;
+    auto& [owned, geometry, tf] = copy.state_->given[i];
+    std::shared_ptr<const Geometry>& mesh = copies[geometry];
+    if (!mesh)
+      mesh = std::make_shared<DeformableMesh<S>>(static_cast<const DeformableMesh<S>&>(*geometry));
+    owned = mesh;
+    geometry = mesh.get();
+    body.geometry = BodyGeometry(*mesh);
   }
   return copy;
 }
 
 template <typename S>
 bool Scene<S>::contains(BodyId body) const {
-  return state_->contains(body);
+  return state_->scene.contains(body);
 }
 template <typename S>
 std::size_t Scene<S>::size() const {
-  return state_->bodies.size();
+  return state_->scene.bodies.size();
 }
 template <typename S>
 std::vector<BodyId> Scene<S>::bodies() const {
   std::vector<BodyId> ids;
-  for (const Body<S>& body : state_->bodies) ids.push_back(body.id);
+  for (const Body& body : state_->scene.bodies) ids.push_back(body.id);
   return ids;
 }
 template <typename S>
 const fcl::CollisionGeometry<S>& Scene<S>::geometry(BodyId body) const {
-  return *state_->bodies[state_->placeOf(body)].geometry;
+  return *state_->given[state_->scene.placeOf(body)].geometry;
 }
 template <typename S>
 const fcl::Transform3<S>& Scene<S>::transform(BodyId body) const {
-  return state_->bodies[state_->placeOf(body)].tf;
+  return state_->given[state_->scene.placeOf(body)].tf;
 }
 template <typename S>
 const BodyOptions& Scene<S>::options(BodyId body) const {
-  return state_->bodies[state_->placeOf(body)].options;
+  return state_->scene.bodies[state_->scene.placeOf(body)].options;
 }
+
+// ---- Which pairs count
 
 template <typename S>
 void Scene<S>::ignore(BodyId first, BodyId second) {
-  State& state = *state_;
-  state.placeOf(first);
-  state.placeOf(second);
-  const BodyPair pair = State::sorted(first, second);
-  const auto at = std::lower_bound(state.ignored.begin(), state.ignored.end(), pair);
-  if (at == state.ignored.end() || *at != pair) state.ignored.insert(at, pair);
+  state_->scene.ignore(first, second);
 }
 template <typename S>
 void Scene<S>::unignore(BodyId first, BodyId second) {
-  State& state = *state_;
-  state.placeOf(first);
-  state.placeOf(second);
-  const BodyPair pair = State::sorted(first, second);
-  const auto at = std::lower_bound(state.ignored.begin(), state.ignored.end(), pair);
-  if (at != state.ignored.end() && *at == pair) state.ignored.erase(at);
+  state_->scene.unignore(first, second);
 }
 template <typename S>
 void Scene<S>::ignoreNeighbours(const std::vector<BodyId>& chain) {
-  for (const BodyId body : chain) state_->placeOf(body);
-  state_->ignored.reserve(state_->ignored.size() + chain.size());  // so all of it or nothing
-  for (std::size_t i = 1; i < chain.size(); ++i) ignore(chain[i - 1], chain[i]);
+  state_->scene.ignoreNeighbours(chain);
 }
 template <typename S>
 void Scene<S>::setFilter(const Filter& filter) {
-  state_->filter = filter;
+  state_->scene.filter = filter;
 }
 
-template <typename S>
-void Scene<S>::setThreads(int threads) {
-  if (threads < 1) throw std::invalid_argument("adaptive_bvh: a scene needs one thread or more");
-  state_->threads = threads;
-}
+// ---- Steps
 
 template <typename S>
 void Scene<S>::beginStep() {
-  for (Body<S>& body : state_->bodies) body.start_tf = body.tf;
+  for (Body& body : state_->scene.bodies) body.start_tf = body.tf;
 }
-
-/// With fewer bodies, handing tasks to threads costs more than it gains.
-constexpr std::size_t kParallelBodies = 64;
-
+template <typename S>
+void Scene<S>::setThreads(int threads) {
+  if (threads < 1) throw std::invalid_argument("adaptive_bvh: a scene needs one thread or more");
+  state_->scene.threads = threads;
+}
 template <typename S>
 void Scene<S>::update() {
-  State& state = *state_;
-  const TaskPool pool(state.bodies.size() >= kParallelBodies ? state.threads : 1);
-  state.is_current = false;  // until all of it is done: what follows may throw std::bad_alloc
-  state.in_tree.clear();
-  state.unbounded.clear();
-  state.boxes.clear();
-  pool.forEachPart(static_cast<int>(state.bodies.size()), pool.parts(), [&](int i, int end, int) {
-    for (; i < end; ++i) bound(state.bodies[static_cast<std::size_t>(i)]);
-  });
-  for (unsigned i = 0; i < state.bodies.size(); ++i) {
-    const Body<S>& body = state.bodies[i];
-    if (!body.box.isBounded()) {
-      state.unbounded.push_back(i);
-      continue;
-    }
-    state.in_tree.push_back(i);
-    state.boxes.push_back(body.box);
-  }
-  if (state.boxes.empty())
-    state.tree.clear();
-  else
-    state.tree.update(state.boxes);
-  state.is_current = true;
+  state_->scene.update();
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                     \
-  template Scene<S>::Scene();                                                           \
-  template Scene<S>::~Scene();                                                          \
-  template Scene<S>::Scene(Scene&&) noexcept;                                           \
-  template Scene<S>& Scene<S>::operator=(Scene&&) noexcept;                             \
-  template BodyId Scene<S>::add(std::shared_ptr<const Geometry>, const Transform&,      \
-                                const BodyOptions&);                                    \
-  template BodyId Scene<S>::add(const Geometry&, const Transform&, const BodyOptions&); \
-  template void Scene<S>::remove(BodyId);                                               \
-  template void Scene<S>::setTransform(BodyId, const Transform&);                       \
-  template void Scene<S>::setOptions(BodyId, const BodyOptions&);                       \
-  template Scene<S> Scene<S>::snapshot() const;                                         \
-  template bool Scene<S>::contains(BodyId) const;                                       \
-  template std::size_t Scene<S>::size() const;                                          \
-  template std::vector<BodyId> Scene<S>::bodies() const;                                \
-  template const fcl::CollisionGeometry<S>& Scene<S>::geometry(BodyId) const;           \
-  template const fcl::Transform3<S>& Scene<S>::transform(BodyId) const;                 \
-  template const BodyOptions& Scene<S>::options(BodyId) const;                          \
-  template void Scene<S>::ignore(BodyId, BodyId);                                       \
-  template void Scene<S>::unignore(BodyId, BodyId);                                     \
-  template void Scene<S>::ignoreNeighbours(const std::vector<BodyId>&);                 \
-  template void Scene<S>::setFilter(const Filter&);                                     \
-  template void Scene<S>::setThreads(int);                                              \
-  template void Scene<S>::beginStep();                                                  \
-  template void Scene<S>::update();
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
-#undef ADAPTIVE_BVH_INSTANTIATE
+// ---- Queries
+
+template <typename S>
+std::size_t Scene<S>::collisions(const SceneCollisionRequest& request,
+                                 SceneCollisions<S>& result) const {
+  answerInDouble(result,
+                 [&](SceneCollisions<double>& found) { state_->scene.collisions(request, found); });
+  for (std::size_t i = 0; i < result.pairs.size(); ++i) {
+    const Geometry &first = geometry(result.pairs[i].first),
+                   &second = geometry(result.pairs[i].second);
+    for (std::size_t k = result.offsets[i]; k < result.offsets[i + 1]; ++k) {
+      result.contacts[k].o1 = &first;
+      result.contacts[k].o2 = &second;
+    }
+  }
+  return result.pairs.size();
+}
+
+template <typename S>
+std::size_t Scene<S>::pairsWithin(const ProximityRequest<S>& request,
+                                  SceneTrianglePairs<S>& result) const {
+  requireDistance(request.distance);
+  answerInDouble(result, [&](SceneTrianglePairs<double>& found) {
+    state_->scene.pairsWithin(inDouble(request), found);
+  });
+  return result.found.size();
+}
+
+template <typename S>
+std::size_t Scene<S>::featurePairsWithin(S distance, SceneFeaturePairs& result) const {
+  requireDistance(distance);
+  state_->scene.featurePairsWithin(static_cast<double>(distance), result);
+  return result.found.size();
+}
+
+template <typename S>
+std::size_t Scene<S>::vertexContacts(S margin, SceneVertexContacts<S>& result) const {
+  requireDistance(margin);
+  answerInDouble(result, [&](SceneVertexContacts<double>& found) {
+    state_->scene.vertexContacts(static_cast<double>(margin), found);
+  });
+  return result.found.size();
+}
+
+template <typename S>
+bool Scene<S>::isNearer(S distance) const {
+  requireDistance(distance);
+  return state_->scene.isNearer(static_cast<double>(distance));
+}
+
+template <typename S>
+SceneDistance<S> Scene<S>::distance() {
+  SceneDistance<S> result;
+  answerInDouble(result, [&](SceneDistance<double>& found) { found = state_->scene.distance(); });
+  return result;
+}
+
+template <typename S>
+SceneDistance<S> Scene<S>::nearest(BodyId body) {
+  SceneDistance<S> result;
+  answerInDouble(result,
+                 [&](SceneDistance<double>& found) { found = state_->scene.nearest(body); });
+  return result;
+}
+
+template <typename S>
+void Scene<S>::nearest(BodyId body, std::size_t k, std::vector<SceneDistance<S>>& result) const {
+  answerInDouble(result, [&](std::vector<SceneDistance<double>>& found) {
+    state_->scene.nearest(body, k, found);
+  });
+  std::sort(result.begin(), result.end(), isNearerBody<S>);  // some may be as near, rounded
+}
+
+template <typename S>
+ScenePoint<S> Scene<S>::nearestPoint(const fcl::Vector3<S>& point) const {
+  state_->scene.requireCurrent();
+  if (!point.allFinite()) throw std::invalid_argument("adaptive_bvh: a point is not finite");
+  ScenePoint<S> result;
+  answerInDouble(result, [&](ScenePoint<double>& found) {
+    found = state_->scene.nearestPoint(point.template cast<double>());
+  });
+  return result;
+}
+
+template <typename S>
+void Scene<S>::firstHits(const fcl::Vector3<S>* origins, const fcl::Vector3<S>* directions,
+                         std::size_t count, const RayRange<S>& range,
+                         std::vector<SceneRayHit<S>>& result) const {
+  state_->scene.requireCurrent();
+  requireRange(range);
+  for (std::size_t i = 0; i < count; ++i)
+    if (!origins[i].allFinite() || !directions[i].allFinite() || directions[i].isZero(0))
+      throw std::invalid_argument("adaptive_bvh: ray " + std::to_string(i) +
+                                  " is not finite or has no direction");
+  const RayRange<double> in_double = {static_cast<double>(range.begin),
+                                      static_cast<double>(range.end)};
+  const Leased<std::array<std::vector<fcl::Vector3d>, 2>> converted;
+  answerInDouble(result, [&](std::vector<SceneRayHit<double>>& found) {
+    state_->scene.firstHits(inDouble(origins, count, (*converted)[0]),
+                            inDouble(directions, count, (*converted)[1]), count, in_double, found);
+  });
+}
+
+template <typename S>
+SceneImpact Scene<S>::earliestImpact(double separation) const {
+  return state_->scene.earliestImpact(separation);
+}
+
+template class Scene<float>;
+template class Scene<double>;
 
 }  // namespace adaptive_bvh

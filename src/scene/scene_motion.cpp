@@ -1,7 +1,12 @@
+#include <algorithm>
+#include <array>
+#include <limits>
+
 #include "base/leased.h"
+#include "base/rigid.h"
 #include "base/task_pool.h"
 #include "ccd/moving_parts.h"
-#include "dispatch/convex_parts.h"
+#include "ccd/placed_motion.h"
 #include "scene/scene_state.h"
 
 namespace adaptive_bvh {
@@ -9,11 +14,14 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
-template <typename S>
-Motion<S> motionOf(const Body<S>& body) {
-  const auto& end = body.mesh->vertices();
-  const auto& start = body.mesh->previousVertices().empty() ? end : body.mesh->previousVertices();
-  return Motion<S>(*body.mesh, start, end, body.start_tf, body.tf);
+/// Positions of a mesh where the step begins.
+const std::vector<fcl::Vector3d>& startOf(const MeshState& mesh) {
+  return mesh.previous.empty() ? mesh.vertices : mesh.previous;
+}
+
+PlacedMotion motionOf(const Body& body, PlacedMotion::Memory& memory) {
+  const MeshState& mesh = body.mesh();
+  return {mesh, startOf(mesh).data(), mesh.vertices.data(), body.start_tf, body.tf, memory};
 }
 
 WorldBox around(const WorldBox& a, const WorldBox& b) {
@@ -21,30 +29,23 @@ WorldBox around(const WorldBox& a, const WorldBox& b) {
 }
 
 /// Around a mesh where the step begins and where it ends. Vertices move on straight lines.
-template <typename S>
-WorldBox sweptBoxOfMesh(const Body<S>& body) {
-  WorldBox box = body.box;
-  const auto& previous = body.mesh->previousVertices();
-  const auto& start = previous.empty() ? body.mesh->vertices() : previous;
-  const fcl::Transform3d tf = body.start_tf.template cast<double>();
-  fcl::Vector3d low = box.low, high = box.high;
-  for (const fcl::Vector3<S>& x : start) {
-    const fcl::Vector3d at = tf * x.template cast<double>();
+WorldBox sweptBoxOfMesh(const Body& body) {
+  fcl::Vector3d low = body.box.low, high = body.box.high;
+  for (const fcl::Vector3d& x : startOf(body.mesh())) {
+    const fcl::Vector3d at = body.start_tf * x;
     low = low.cwiseMin(at);
     high = high.cwiseMax(at);
   }
-  // Positions in the world are rounded to S.
-  const double margin = double(std::numeric_limits<S>::epsilon()) * 8 *
+  // Positions in the world are rounded.
+  const double margin = std::numeric_limits<double>::epsilon() * 8 *
                         low.cwiseAbs().cwiseMax(high.cwiseAbs()).maxCoeff();
-  box.low = low.array() - margin;
-  box.high = high.array() + margin;
-  return box;
+  return {low.array() - margin, high.array() + margin};
 }
 
-template <typename S>
-WorldBox sweptBoxOf(const Body<S>& body) {
-  if (body.mesh) return sweptBoxOfMesh(body);
-  return body.box.isBounded() ? around(body.box, boxAround(body, body.start_tf)) : body.box;
+WorldBox sweptBoxOf(const Body& body, double turn_error) {
+  if (body.isMesh()) return sweptBoxOfMesh(body);
+  return body.box.isBounded() ? around(body.box, boxAround(body, body.start_tf, turn_error))
+                              : body.box;
 }
 
 /// The convex parts of a body in a step: triangles, a shape, or cells.
@@ -61,21 +62,18 @@ struct MovingParts {
 };
 
 /// Calls use(parts) with the parts of a mesh that may be at most `separation` from a box.
-template <typename S, typename Use>
-void withTriangles(const Body<S>& body, const WorldBox& other, double separation, const Use& use) {
+template <typename Use>
+void withTriangles(const Body& body, const WorldBox& other, double separation, const Use& use) {
   MovingParts found;
-  const Motion<S> motion = motionOf(body);
-  const auto corners = [&](const fcl::Transform3<S>& tf, const fcl::Vector3<S>* positions,
-                           const fcl::Triangle& t) -> TrianglePoints<double> {
-    const auto corner = [&](int k) -> fcl::Vector3d {
-      return tf.template cast<double>() * positions[t[std::size_t(k)]].template cast<double>();
-    };
-    return {corner(0), corner(1), corner(2)};
+  const MeshState& mesh = body.mesh();
+  const auto corners = [](const fcl::Transform3d& tf, const std::vector<fcl::Vector3d>& positions,
+                          const fcl::Triangle& t) -> TrianglePoints<double> {
+    return {tf * positions[t[0]], tf * positions[t[1]], tf * positions[t[2]]};
   };
-  for (std::size_t i = 0; i < body.mesh->triangles().size(); ++i) {
-    const fcl::Triangle& t = body.mesh->triangles()[i];
-    const TrianglePoints<double> start = corners(body.start_tf, motion.start, t),
-                                 end = corners(body.tf, motion.end, t);
+  for (std::size_t i = 0; i < mesh.topology->triangles.size(); ++i) {
+    const fcl::Triangle& t = mesh.topology->triangles[i];
+    const TrianglePoints<double> start = corners(body.start_tf, startOf(mesh), t),
+                                 end = corners(body.tf, mesh.vertices, t);
     WorldBox box{start[0], start[0]};
     for (const auto* points : {&start, &end})
       for (const fcl::Vector3d& x : *points) box = around(box, {x, x});
@@ -85,34 +83,33 @@ void withTriangles(const Body<S>& body, const WorldBox& other, double separation
   use(found);
 }
 
-/// Calls use(parts) with a shape, or with the cells of an octree that may be at most `separation`
-/// from a box.
-template <typename S, typename Use>
-void withShapes(const Body<S>& body, const WorldBox& other, double separation, const Use& use) {
+/// Calls use(parts) with a shape, whose way has a box, or with the cells of an octree that may be
+/// at most `separation` from another box.
+template <typename Use>
+void withShapes(const Body& body, const WorldBox& box, const WorldBox& other, double separation,
+                const Use& use) {
   MovingParts found;
-  const fcl::Transform3d start_tf = body.start_tf.template cast<double>(),
-                         end_tf = body.tf.template cast<double>();
   const auto boxOf = [&](const CellBall& ball) -> WorldBox {
-    const fcl::Vector3d a = start_tf * ball.middle, b = end_tf * ball.middle;
+    const fcl::Vector3d a = body.start_tf * ball.middle, b = body.tf * ball.middle;
     const double margin = ball.radius + 1e-12 * (a.norm() + b.norm());
     return {a.cwiseMin(b).array() - margin, a.cwiseMax(b).array() + margin};
   };
   const auto bound = [&](const CellBall& ball) {
     return gapOf(boxOf(ball), other) <= separation ? 0. : kNone;
   };
-  const bool is_octree = body.geometry->getNodeType() == fcl::GEOM_OCTREE;
-  const ConvexParts parts(*body.geometry, fcl::Transform3d::Identity());
-  parts.visit(
+  const bool is_octree = body.geometry.kind() == ObjectKind::Octree;
+  const QueryObject object(body.geometry.at(fcl::Transform3d::Identity()));
+  object.parts().visit(
       bound, [] { return 0.; },
       [&](const ConvexPart& part) {
         const auto& [solid, tf] = part.placed;
         if (!is_octree) {
-          found.add(MovingPart(solid, start_tf, end_tf), sweptBoxOf(body), SceneImpact::kNoFeature);
+          found.add(MovingPart(solid, body.start_tf, body.tf), box, SceneImpact::kNoFeature);
           use(found);
           return false;
         }
         const fcl::Vector3d half = solid.support(fcl::Vector3d::Ones());
-        found.add(MovingPart(BoxSolid(half), start_tf * tf, end_tf * tf),
+        found.add(MovingPart(BoxSolid(half), body.start_tf * tf, body.tf * tf),
                   boxOf({tf.translation(), 1.01 * half.norm()}), static_cast<unsigned>(part.id));
         return false;
       });
@@ -120,13 +117,13 @@ void withShapes(const Body<S>& body, const WorldBox& other, double separation, c
 }
 
 /// The first contact of parts of two bodies.
-template <typename S>
-Impact firstContact(const MovingParts& first, const MovingParts& second, double separation) {
+Impact firstContact(const MovingParts& first, const MovingParts& second, double separation,
+                    double parallel) {
   Impact best;
   const auto test = [&](std::size_t i, std::size_t j) {
     const double latest = std::min(best.time, 1.);
     const double time =
-        timeOfContact(first.parts[i], second.parts[j], separation, latest, kParallelIn<S>);
+        timeOfContact(first.parts[i], second.parts[j], separation, latest, parallel);
     const FeaturePair pair{first.numbers[i], second.numbers[j]};
     if (time < best.time || (time == best.time && pair < best.pair)) best = {time, {}, pair};
   };
@@ -146,20 +143,35 @@ Impact firstContact(const MovingParts& first, const MovingParts& second, double 
   return best;
 }
 
+/// A body, and a box around its way.
+struct SweptBody {
+  const Body& body;
+  const WorldBox& box;
+};
+
 /// The first contact of two bodies of which the second is no mesh.
-template <typename S>
-Impact convexImpact(const Body<S>& a, const WorldBox& box_a, const Body<S>& b,
-                    const WorldBox& box_b, double separation) {
+Impact convexImpact(const SweptBody& a, const SweptBody& b, double separation) {
   Impact best;
-  const auto with = [&](const Body<S>& body, const WorldBox& other, const auto& use) {
-    body.mesh ? withTriangles(body, other, separation, use)
-              : withShapes(body, other, separation, use);
+  const auto with = [&](const SweptBody& of, const WorldBox& other, const auto& use) {
+    of.body.isMesh() ? withTriangles(of.body, other, separation, use)
+                     : withShapes(of.body, of.box, other, separation, use);
   };
-  with(a, box_b, [&](const MovingParts& first) {
-    with(b, box_a,
-         [&](const MovingParts& second) { best = firstContact<S>(first, second, separation); });
+  with(a, b.box, [&](const MovingParts& first) {
+    with(b, a.box, [&](const MovingParts& second) {
+      best = firstContact(first, second, separation, a.body.geometry.parallel());
+    });
   });
   return best;
+}
+
+/// The first contact of two bodies, or of a mesh with itself.
+Impact impactOf(const SweptBody& a, const SweptBody& b, double separation) {
+  if (!a.body.isMesh() || !b.body.isMesh()) return convexImpact(a, b, separation);
+  const Leased<std::array<PlacedMotion::Memory, 2>> memory;
+  const PlacedMotion first(motionOf(a.body, (*memory)[0]));
+  if (&a.body == &b.body) return findEarliestImpact(first.withItself(separation));
+  const PlacedMotion second(motionOf(b.body, (*memory)[1]));
+  return findEarliestImpact(first.with(second, separation));
 }
 
 /// What a query of the step keeps from call to call.
@@ -174,11 +186,9 @@ struct SweptBodies {
 
 }  // namespace
 
-template <typename S>
-SceneImpact Scene<S>::earliestImpact(double separation) const {
-  const State& state = *state_;
+SceneImpact SceneState::earliestImpact(double separation) const {
   requireSeparation(separation);
-  state.requireCurrent();
+  requireCurrent();
   const Leased<SweptBodies> memory;
   SweptBodies& swept = *memory;
   swept.all_boxes.clear();
@@ -186,21 +196,20 @@ SceneImpact Scene<S>::earliestImpact(double separation) const {
   swept.unbounded.clear();
   swept.boxes.clear();
   swept.pairs.clear();
-  for (unsigned i = 0; i < state.bodies.size(); ++i) {
-    const Body<S>& body = state.bodies[i];
+  for (unsigned i = 0; i < bodies.size(); ++i) {
+    const Body& body = bodies[i];
     if (body.options.self_collision) swept.pairs.push_back({i, i});
-    const WorldBox box = sweptBoxOf(body);
+    const WorldBox box = sweptBoxOf(body, turnError());
     swept.all_boxes.push_back(box);
     (box.isBounded() ? swept.bounded : swept.unbounded).push_back(i);
     if (box.isBounded()) swept.boxes.push_back(box);
   }
   const auto add = [&](unsigned a, unsigned b) {
-    if (state.admits(state.bodies[a], state.bodies[b]))
-      swept.pairs.push_back({std::min(a, b), std::max(a, b)});
+    if (admits(bodies[a], bodies[b])) swept.pairs.push_back({std::min(a, b), std::max(a, b)});
   };
   if (!swept.boxes.empty()) {
     swept.tree.update(swept.boxes);
-    swept.tree.forEachPair(State::slack(separation), [&](unsigned i, unsigned j) {
+    swept.tree.forEachPair(slack(separation), [&](unsigned i, unsigned j) {
       add(swept.bounded[i], swept.bounded[j]);
     });
   }
@@ -211,31 +220,20 @@ SceneImpact Scene<S>::earliestImpact(double separation) const {
   }
   std::sort(swept.pairs.begin(), swept.pairs.end());
   swept.impacts.assign(swept.pairs.size(), Impact());
-  const TaskPool pool(swept.pairs.size() > 1 ? state.threads : 1);
+  const TaskPool pool(swept.pairs.size() > 1 ? threads : 1);
   pool.forEach(static_cast<int>(swept.pairs.size()), [&](int task, int) {
-    const BodyPair pair = swept.pairs[static_cast<std::size_t>(task)];
-    const Body<S>&a = state.bodies[pair.first], &b = state.bodies[pair.second];
-    Impact& impact = swept.impacts[static_cast<std::size_t>(task)];
-    if (&a == &b)
-      impact = adaptive_bvh::earliestImpact(motionOf(a), separation);
-    else if (a.mesh && b.mesh)
-      impact = adaptive_bvh::earliestImpact(motionOf(a), motionOf(b), separation);
-    else
-      impact =
-          convexImpact(a, swept.all_boxes[pair.first], b, swept.all_boxes[pair.second], separation);
+    const auto at = static_cast<std::size_t>(task);
+    const auto [a, b] = swept.pairs[at];
+    swept.impacts[at] =
+        impactOf({bodies[a], swept.all_boxes[a]}, {bodies[b], swept.all_boxes[b]}, separation);
   });
   SceneImpact best;
   for (std::size_t i = 0; i < swept.pairs.size(); ++i) {
     if (!(swept.impacts[i].time < best.impact.time)) continue;
     best.impact = swept.impacts[i];
-    best.bodies = {state.bodies[swept.pairs[i].first].id, state.bodies[swept.pairs[i].second].id};
+    best.bodies = {bodies[swept.pairs[i].first].id, bodies[swept.pairs[i].second].id};
   }
   return best;
 }
-
-template SceneImpact Scene<float>::earliestImpact(double) const;
-template SceneImpact Scene<double>::earliestImpact(double) const;
-template double Scene<float>::largestSafeStep(double) const;
-template double Scene<double>::largestSafeStep(double) const;
 
 }  // namespace adaptive_bvh

@@ -1,19 +1,24 @@
 #pragma once
 
-#include <algorithm>
-#include <stdexcept>
-#include <string>
+#include <array>
 #include <vector>
 
-#include "base/rigid.h"
-#include "deformable/mesh_state.h"
 #include "scene/body_tree.h"
 
 namespace adaptive_bvh {
 
-template <typename S>
-struct Scene<S>::State {
-  std::vector<Body<S>> bodies;  ///< by increasing id
+/// A scene in double precision, whatever the numbers of its bodies are: what a Scene asks, with the
+/// same names and contracts. Its contacts name no objects.
+struct SceneState {
+  using Filter = Scene<double>::Filter;
+  using Distance = SceneDistance<double>;
+
+  /// In single precision, transforms may be farther from rigid motions, and hits of rays and limits
+  /// of distances are compared as they are rounded.
+  explicit SceneState(bool is_single) : single(is_single) {}
+
+  bool single;
+  std::vector<Body> bodies;  ///< by increasing id
   BodyId next_id = 0;
   std::vector<BodyPair> ignored;  ///< sorted, each the smaller id first
   Filter filter;
@@ -25,45 +30,28 @@ struct Scene<S>::State {
   BodyTree tree;
   std::vector<WorldBox> boxes;  ///< of those in the tree
 
-  SceneDistance<S> nearest;  ///< the pair that `distance` found last
+  Distance last_nearest;  ///< the pair that `distance` found last
 
   /// The place of a body. Throws std::invalid_argument when there is none.
-  std::size_t placeOf(BodyId id) const {
-    const auto at = find(id);
-    if (at == bodies.end() || at->id != id)
-      throw std::invalid_argument("adaptive_bvh: there is no body " + std::to_string(id) +
-                                  " in the scene");
-    return static_cast<std::size_t>(at - bodies.begin());
-  }
-  bool contains(BodyId id) const {
-    const auto at = find(id);
-    return at != bodies.end() && at->id == id;
-  }
-
+  std::size_t placeOf(BodyId id) const;
+  bool contains(BodyId id) const;
   /// Throws std::logic_error unless everything is as it was in the last update.
-  void requireCurrent() const {
-    bool is_same = is_current;
-    for (const Body<S>& body : bodies)
-      is_same = is_same && (!body.mesh || stateOf(*body.mesh).version == body.positions);
-    if (!is_same)
-      throw std::logic_error(
-          "adaptive_bvh: the scene has changed since its last update; call Scene::update before "
-          "queries");
-  }
+  void requireCurrent() const;
+  void update();
 
-  /// Whether a pair counts.
-  bool admits(const Body<S>& a, const Body<S>& b) const {
-    if (!(a.options.group & b.options.mask) || !(b.options.group & a.options.mask)) return false;
-    const BodyPair pair = sorted(a.id, b.id);
-    if (std::binary_search(ignored.begin(), ignored.end(), pair)) return false;
-    return !filter || filter(pair.first, pair.second);
-  }
-  static BodyPair sorted(BodyId a, BodyId b) { return {std::min(a, b), std::max(a, b)}; }
+  // ---- Which pairs count
 
+  void ignore(BodyId first, BodyId second);
+  void unignore(BodyId first, BodyId second);
+  void ignoreNeighbours(const std::vector<BodyId>& chain);
+  /// Removes all pairs of a body.
+  void forget(BodyId body);
+  bool admits(const Body& a, const Body& b) const;
+
+  /// How far a matrix that requireRigid accepts may be from a rotation, and what is rounded.
+  double turnError() const { return single ? 2e-3 : 2e-6; }
   /// Distances of two bodies count in either's frame, by rotations that are such up to an error.
-  static double slack(double distance) {
-    return distance * (std::is_same<S, float>::value ? 1 + 2e-3 : 1 + 2e-6);
-  }
+  double slack(double distance) const { return distance * (1 + turnError()); }
 
   /// Calls visit(body) for all bodies, those without bounds first, then by how far their boxes are
   /// from a box at least; it returns the distance from which on no more are wanted.
@@ -75,34 +63,30 @@ struct Scene<S>::State {
     else
       for (const unsigned place : in_tree) visit(bodies[place]);
   }
-
   /// All pairs that count whose boxes are at most so far apart, by places, sorted: those with at
   /// least so many meshes.
-  void findPairs(double distance, int meshes, std::vector<BodyPair>& pairs) const {
-    pairs.clear();
-    const auto add = [&](unsigned a, unsigned b) {
-      if (int(bodies[a].mesh != nullptr) + int(bodies[b].mesh != nullptr) < meshes) return;
-      if (admits(bodies[a], bodies[b])) pairs.push_back({std::min(a, b), std::max(a, b)});
-    };
-    const double limit = slack(distance);
-    tree.forEachPair(limit, [&](unsigned i, unsigned j) {
-      const Body<S>&a = bodies[in_tree[i]], &b = bodies[in_tree[j]];
-      const double radii = (a.radius + b.radius + limit) * (1 + 1e-14);
-      if ((a.middle - b.middle).squaredNorm() <= radii * radii) add(in_tree[i], in_tree[j]);
-    });
-    for (const unsigned a : unbounded) {
-      for (const unsigned b : in_tree) add(a, b);
-      for (const unsigned b : unbounded)
-        if (b < a) add(a, b);
-    }
-    std::sort(pairs.begin(), pairs.end());
-  }
+  void findPairs(double distance, int meshes, std::vector<BodyPair>& pairs) const;
+
+  // ---- Queries
+
+  void collisions(const SceneCollisionRequest& request, SceneCollisions<double>& result) const;
+  void pairsWithin(const ProximityRequest<double>& request,
+                   SceneTrianglePairs<double>& result) const;
+  void featurePairsWithin(double distance, SceneFeaturePairs& result) const;
+  void vertexContacts(double margin, SceneVertexContacts<double>& result) const;
+  bool isNearer(double distance) const;
+
+  Distance distance();
+  Distance nearest(BodyId body);
+  void nearest(BodyId body, std::size_t k, std::vector<Distance>& result) const;
+  ScenePoint<double> nearestPoint(const fcl::Vector3d& point) const;
+
+  void firstHits(const fcl::Vector3d* origins, const fcl::Vector3d* directions, std::size_t count,
+                 const RayRange<double>& range, std::vector<SceneRayHit<double>>& result) const;
+  SceneImpact earliestImpact(double separation) const;
 
  private:
-  typename std::vector<Body<S>>::const_iterator find(BodyId id) const {
-    return std::lower_bound(bodies.begin(), bodies.end(), id,
-                            [](const Body<S>& body, BodyId x) { return body.id < x; });
-  }
+  std::vector<Body>::const_iterator find(BodyId id) const;
 };
 
 }  // namespace adaptive_bvh

@@ -11,6 +11,7 @@
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
+#include "deformable/mesh_state.h"
 #include "support/closed_bodies.h"
 #include "support/exact_geometry.h"
 #include "support/fcl_float.h"
@@ -444,14 +445,22 @@ class SceneTest : public testing::Test {
           first = std::min(first, double(alone[0].hit.t));
           continue;
         }
-        const Eigen::Matrix<S, 3, 3> back = body.tf.linear().transpose();
-        const RayHit<S> hit =
-            adaptive_bvh::firstHit(*body.mesh, P(back * (origins[r] - body.tf.translation())),
-                                   P(back * directions[r]), range);
-        first = std::min(first, double(hit.t));
+        std::vector<RayHit<double>> all;
+        adaptive_bvh::rayHits(adaptive_bvh::inDouble(*body.mesh),
+                              seenFrom(body.tf, origins[r], body.tf.translation()),
+                              seenFrom(body.tf, directions[r], P::Zero()), all);
+        for (const RayHit<double>& hit : all)
+          if (S(hit.t) >= range.begin && S(hit.t) <= range.end)
+            first = std::min(first, double(S(hit.t)));
       }
       ASSERT_EQ(first, double(hits[r].hit.t));
     }
+  }
+
+  /// A difference in the frame of a body.
+  static fcl::Vector3d seenFrom(const fcl::Transform3<S>& tf, const P& x, const P& origin) {
+    const fcl::Matrix3d back = tf.linear().template cast<double>().transpose();
+    return back * (x.template cast<double>() - origin.template cast<double>());
   }
 
   /// The step from the last beginStep.

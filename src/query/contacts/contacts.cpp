@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "adaptive_bvh/self_collision.h"
 #include "boxes/flat_patches.h"
 #include "query/contacts/candidate_tests.h"
 #include "query/pair_filter.h"
@@ -137,6 +136,15 @@ void collideMeshes(const ContactMesh& first, const ContactMesh& second,
       [&] { testAllCandidates(input, sink); });
 }
 
+void collideWithItself(const ContactMesh& mesh, NeighbourFilter filter, const IgnoredPairs& ignored,
+                       const CollisionQuery<double>& query) {
+  const ContactSink sink(mesh, mesh, query, true, &ignored);
+  const FlatPatches flat(mesh.placed.tree(), mesh.placed.mesh.topology->contours);
+  PairInput input(mesh.placed, filter);
+  if (filter == NeighbourFilter::SharedVertex) input.flat = &flat;
+  search(input, SameFrame(), sink);
+}
+
 template <typename S>
 std::size_t selfCollide(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
                         const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
@@ -149,12 +157,7 @@ std::size_t selfCollide(const DeformableMesh<S>& mesh, const fcl::Transform3<S>&
   answerInDouble(asked, &mesh, &mesh,
                  [&](const fcl::CollisionGeometryd& object, const fcl::CollisionGeometryd&,
                      const CollisionQuery<double>& query) {
-                   const ContactMesh of_object{object, placed};
-                   const ContactSink sink(of_object, of_object, query, true, &ignored);
-                   const FlatPatches flat(placed.tree(), placed.mesh.topology->contours);
-                   PairInput input(placed, filter);
-                   if (filter == NeighbourFilter::SharedVertex) input.flat = &flat;
-                   search(input, SameFrame(), sink);
+                   collideWithItself({object, placed}, filter, ignored, query);
                  });
   return result.numContacts();
 }

@@ -8,6 +8,7 @@
 
 #include <fcl/math/bv/AABB.h>
 
+#include "adaptive_bvh/self_collision.h"
 #include "base/rigid.h"
 #include "query/placed_mesh.h"
 #include "triangles/triangle_contact.h"
@@ -127,5 +128,8 @@ struct ContactMesh {
 /// Adds the contacts of two meshes to the result.
 void collideMeshes(const ContactMesh& first, const ContactMesh& second,
                    const CollisionQuery<double>& query);
+/// Adds the contacts of a mesh with itself. `ignored`: sorted pairs of triangles to leave out.
+void collideWithItself(const ContactMesh& mesh, NeighbourFilter filter, const IgnoredPairs& ignored,
+                       const CollisionQuery<double>& query);
 
 }  // namespace adaptive_bvh

@@ -137,8 +137,17 @@ class MeshContactTest {
   KnownSides sides_;
 };
 
-std::size_t contactsOf(const PlacedMesh& mesh, const PlacedMesh& other, double margin,
-                       VertexContacts<double>& result) {
+template <typename S>
+void requirePlaced(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2, S margin) {
+  requireDistance(margin);
+  requireRigid(tf1);
+  requireRigid(tf2);
+}
+
+}  // namespace
+
+void findVertexContacts(const PlacedMesh& mesh, const PlacedMesh& other, double margin,
+                        VertexContacts<double>& result) {
   const RelativePlacement to_other(other.tf, mesh.tf);
   ContactWriter writer(mesh, other.tf);
   TreePair trees(mesh, other);
@@ -160,17 +169,8 @@ std::size_t contactsOf(const PlacedMesh& mesh, const PlacedMesh& other, double m
   }
   const auto makeTest = [&] { return MeshContactTest(mesh.mesh, other.mesh, to_other, margin); };
   const int threads = std::max(mesh.mesh.query_threads, other.mesh.query_threads);
-  return writer.write(threads, makeTest, result);
+  writer.write(threads, makeTest, result);
 }
-
-template <typename S>
-void requirePlaced(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2, S margin) {
-  requireDistance(margin);
-  requireRigid(tf1);
-  requireRigid(tf2);
-}
-
-}  // namespace
 
 template <typename S>
 std::size_t vertexContacts(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
@@ -179,7 +179,7 @@ std::size_t vertexContacts(const DeformableMesh<S>& mesh, const fcl::Transform3<
   requirePlaced(tf, other_tf, margin);
   requireClosed(stateOf(other), "vertexContacts");
   answerInDouble(result, [&](VertexContacts<double>& contacts) {
-    contactsOf({mesh, tf}, {other, other_tf}, static_cast<double>(margin), contacts);
+    findVertexContacts({mesh, tf}, {other, other_tf}, static_cast<double>(margin), contacts);
   });
   return result.size();
 }
@@ -193,10 +193,10 @@ std::size_t vertexContacts(const DeformableMesh<S>& first, const fcl::Transform3
   requireClosed(stateOf(second), "vertexContacts");
   const PlacedMesh one(first, tf1), two(second, tf2);
   answerInDouble(of_first, [&](VertexContacts<double>& contacts) {
-    contactsOf(one, two, static_cast<double>(margin), contacts);
+    findVertexContacts(one, two, static_cast<double>(margin), contacts);
   });
   answerInDouble(of_second, [&](VertexContacts<double>& contacts) {
-    contactsOf(two, one, static_cast<double>(margin), contacts);
+    findVertexContacts(two, one, static_cast<double>(margin), contacts);
   });
   return of_first.size() + of_second.size();
 }

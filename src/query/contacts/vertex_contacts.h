@@ -47,7 +47,7 @@ class ContactWriter {
   /// Writes the contacts and returns their number. makeTest() returns a function test(candidate,
   /// contact), which returns whether the candidate is a contact; each thread has its own.
   template <typename MakeTest>
-  std::size_t write(int threads, const MakeTest& makeTest, VertexContacts<double>& result) const {
+  void write(int threads, const MakeTest& makeTest, VertexContacts<double>& result) const {
     Memory& m = *memory_;
     const std::size_t count = m.candidates.size();
     m.contacts.resize(count);
@@ -66,7 +66,6 @@ class ContactWriter {
       const auto from = static_cast<std::uint32_t>(m.order[i]);
       set(result, i, m.candidates[from].vertex, m.contacts[from]);
     }
-    return result.size();
   }
 
  private:
@@ -112,6 +111,11 @@ class ContactWriter {
   const fcl::Transform3d& other_tf_;
   const Leased<Memory> memory_;
 };
+
+/// Overwrites the result with the vertices of a mesh that are at most `margin` from another one,
+/// which is closed, or inside of it.
+void findVertexContacts(const PlacedMesh& mesh, const PlacedMesh& other, double margin,
+                        VertexContacts<double>& result);
 
 /// Finds the vertices of one mesh that may be near another's surface or inside it. Descends the
 /// tree of the first with a list of the other tree's nodes whose boxes overlap, one level of both

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "adaptive_bvh/point_query.h"
 #include "query/points/point_search.h"
@@ -8,13 +7,6 @@
 
 namespace adaptive_bvh {
 namespace {
-
-template <typename S>
-void requireRay(const fcl::Vector3<S>& origin, const fcl::Vector3<S>& direction) {
-  if (!origin.allFinite() || !direction.allFinite())
-    throw std::invalid_argument("adaptive_bvh: a ray's origin or direction is not finite");
-  if (direction.isZero(0)) throw std::invalid_argument("adaptive_bvh: a ray's direction is zero");
-}
 
 template <typename S>
 RayHit<S> noHit() {

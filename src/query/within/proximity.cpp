@@ -11,6 +11,7 @@
 #include "query/tree_pair.h"
 #include "query/triangle_search.h"
 #include "query/within/found_parts.h"
+#include "query/within/near_pairs.h"
 #include "query/within/near_search.h"
 #include "query/within/within_tests.h"
 #include "triangles/feature_distance.h"
@@ -166,33 +167,64 @@ void collectOwnPairs(const PlacedMesh& placed, double distance, NeighbourFilter 
   collect(input, SameFrame(), sink);
 }
 
+/// In its own frame.
 template <typename S>
 PlacedMesh inItsFrame(const DeformableMesh<S>& mesh) {
-  return {mesh, fcl::Transform3<S>(fcl::Transform3<S>::Identity())};
-}
-
-void requireFeatures(const FeatureProximityRequest<double>& request, bool is_self) {
-  requireDistance(request.distance);
-  requireSorted(request.vertex_face);
-  requireSorted(request.face_vertex);
-  is_self ? requireSortedOfSelf(request.edge_edge) : requireSorted(request.edge_edge);
+  return {stateOf(mesh), fcl::Transform3d(fcl::Transform3d::Identity())};
 }
 
 }  // namespace
+
+void findPairsWithin(const PairOfMeshes& meshes, const ProximityRequest<double>& request,
+                     TrianglePairs<double>& result) {
+  requireSorted(request.ignored);
+  collectPairs(meshes, request.distance,
+               [&](const PairInput& input) { return PairSink(input, request, false, result); });
+}
+void findPairsWithin(const PlacedMesh& mesh, const ProximityRequest<double>& request,
+                     NeighbourFilter filter, TrianglePairs<double>& result) {
+  requireSortedOfSelf(request.ignored);
+  collectOwnPairs(mesh, request.distance, filter, filter == NeighbourFilter::SharedVertex,
+                  [&](const PairInput& input) { return PairSink(input, request, true, result); });
+}
+
+void findFeaturePairsWithin(const PairOfMeshes& meshes,
+                            const FeatureProximityRequest<double>& request, FeaturePairs& result) {
+  requireSorted(request.vertex_face);
+  requireSorted(request.face_vertex);
+  requireSorted(request.edge_edge);
+  collectPairs(meshes, request.distance,
+               [&](const PairInput& input) { return FeatureSink(input, request, false, result); });
+}
+void findFeaturePairsWithin(const PlacedMesh& mesh, const FeatureProximityRequest<double>& request,
+                            FeaturePairs& result) {
+  requireSorted(request.vertex_face);
+  requireSorted(request.face_vertex);
+  requireSortedOfSelf(request.edge_edge);
+  collectOwnPairs(mesh, request.distance, NeighbourFilter::None, true, [&](const PairInput& input) {
+    return FeatureSink(input, request, true, result);
+  });
+}
+
+bool isNearer(const PairOfMeshes& meshes, double distance) {
+  if (areBallsFarther(meshes.first, meshes.second, meshes.to_first, distance)) return false;
+  TrianglePair pair{0, 0};
+  if (!isFewEdges(meshes, distance) && canCompare(meshes, distance)) {
+    double farther = distance;
+    return compare(meshes, distance, pair, farther);
+  }
+  return searchAny(meshes, distance, pair);
+}
 
 template <typename S>
 std::size_t pairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                         const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
                         const ProximityRequest<S>& request, TrianglePairs<S>& result) {
-  const ProximityRequest<double>& asked = inDouble(request);
-  requireDistance(asked.distance);
-  requireSorted(asked.ignored);
+  requireDistance(request.distance);
   requireRigid(tf1);
   requireRigid(tf2);
-  const PairOfMeshes meshes(first, tf1, second, tf2);
   answerInDouble(result, [&](TrianglePairs<double>& pairs) {
-    collectPairs(meshes, asked.distance,
-                 [&](const PairInput& input) { return PairSink(input, asked, false, pairs); });
+    findPairsWithin(PairOfMeshes(first, tf1, second, tf2), inDouble(request), pairs);
   });
   return result.size();
 }
@@ -203,13 +235,9 @@ std::size_t pairsWithin(const DeformableMesh<S>& mesh, const ProximityRequest<S>
   if (filter == NeighbourFilter::BeyondShared)
     throw std::invalid_argument(
         "adaptive_bvh: pairsWithin has no filter BeyondShared: neighbours are at the distance 0");
-  const ProximityRequest<double>& asked = inDouble(request);
-  requireDistance(asked.distance);
-  requireSortedOfSelf(asked.ignored);
+  requireDistance(request.distance);
   answerInDouble(result, [&](TrianglePairs<double>& pairs) {
-    collectOwnPairs(inItsFrame(mesh), asked.distance, filter,
-                    filter == NeighbourFilter::SharedVertex,
-                    [&](const PairInput& input) { return PairSink(input, asked, true, pairs); });
+    findPairsWithin(inItsFrame(mesh), inDouble(request), filter, pairs);
   });
   return result.size();
 }
@@ -218,12 +246,10 @@ template <typename S>
 std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                                const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
                                const FeatureProximityRequest<S>& request, FeaturePairs& result) {
-  const FeatureProximityRequest<double>& asked = inDouble(request);
-  requireFeatures(asked, false);
+  requireDistance(request.distance);
   requireRigid(tf1);
   requireRigid(tf2);
-  collectPairs(PairOfMeshes(first, tf1, second, tf2), asked.distance,
-               [&](const PairInput& input) { return FeatureSink(input, asked, false, result); });
+  findFeaturePairsWithin(PairOfMeshes(first, tf1, second, tf2), inDouble(request), result);
   return result.size();
 }
 
@@ -239,10 +265,8 @@ std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transf
 template <typename S>
 std::size_t featurePairsWithin(const DeformableMesh<S>& mesh,
                                const FeatureProximityRequest<S>& request, FeaturePairs& result) {
-  const FeatureProximityRequest<double>& asked = inDouble(request);
-  requireFeatures(asked, true);
-  collectOwnPairs(inItsFrame(mesh), asked.distance, NeighbourFilter::None, true,
-                  [&](const PairInput& input) { return FeatureSink(input, asked, true, result); });
+  requireDistance(request.distance);
+  findFeaturePairsWithin(inItsFrame(mesh), inDouble(request), result);
   return result.size();
 }
 
@@ -260,22 +284,13 @@ bool isNearer(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
   requireDistance(distance);
   requireRigid(tf1);
   requireRigid(tf2);
-  if (solid) {
+  if (solid)
     for (const DeformableMesh<S>* mesh : {&first, &second})
       requireClosed(stateOf(*mesh), "isNearer of solid bodies");
-    if (isNearer(first, tf1, second, tf2, distance, false)) return true;
-    const PlacedMesh one(first, tf1), two(second, tf2);
-    return isContained(one, two) || isContained(two, one);
-  }
   const PairOfMeshes meshes(first, tf1, second, tf2);
-  const auto limit = static_cast<double>(distance);
-  if (areBallsFarther(meshes.first, meshes.second, meshes.to_first, limit)) return false;
-  TrianglePair pair{0, 0};
-  if (!isFewEdges(meshes, limit) && canCompare(meshes, limit)) {
-    double farther = limit;
-    return compare(meshes, limit, pair, farther);
-  }
-  return searchAny(meshes, limit, pair);
+  return isNearer(meshes, static_cast<double>(distance)) ||
+         (solid &&
+          (isContained(meshes.first, meshes.second) || isContained(meshes.second, meshes.first)));
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                               \

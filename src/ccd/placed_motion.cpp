@@ -1,0 +1,70 @@
+#include "ccd/placed_motion.h"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+#include "base/rounding.h"
+
+namespace adaptive_bvh {
+
+void refuseMotion(const std::string& what) {
+  throw std::invalid_argument("adaptive_bvh, continuous collision: " + what);
+}
+
+namespace {
+
+/// Positions in the world; returns how far they may be from the exact ones.
+template <typename S>
+double place(const fcl::Vector3<S>* positions, std::size_t count, const fcl::Transform3d& tf,
+             std::vector<fcl::Vector3d>& world) {
+  world.resize(count);
+  const fcl::Matrix3d R = tf.linear();
+  const fcl::Vector3d T = tf.translation();
+  const bool is_still = R == fcl::Matrix3d::Identity() && T.isZero(0);
+  double largest = 0, sum = 0;  // of a body coordinate; not a number where one is not
+  for (std::size_t i = 0; i < count; ++i) {
+    const fcl::Vector3d x = positions[i].template cast<double>();
+    world[i] = is_still ? x : fcl::Vector3d(R * x + T);
+    sum += world[i].lpNorm<1>() * 0;
+    largest = std::max({largest, x.lpNorm<1>(), world[i].lpNorm<1>()});
+  }
+  if (!(sum == 0) || !(largest <= 6 * rounding::largestCoordinate<double>()))
+    refuseMotion("a position is not finite, or too large");
+  if (is_still) return 0;
+  return 8 * std::numeric_limits<double>::epsilon() *
+         (R.cwiseAbs().maxCoeff() * largest + T.lpNorm<1>());
+}
+
+}  // namespace
+
+template <typename S>
+PlacedMotion::PlacedMotion(const MeshState& mesh, const fcl::Vector3<S>* start,
+                           const fcl::Vector3<S>* end, const fcl::Transform3d& start_tf,
+                           const fcl::Transform3d& end_tf, Memory& memory)
+    : threads_(mesh.query_threads) {
+  const std::size_t count = mesh.vertices.size();
+  const double at_start = place(start, count, start_tf, memory.start),
+               at_end = place(end, count, end_tf, memory.end);
+  const MeshTopology& topology = *mesh.topology;
+  mesh_ = {mesh.tree.nodes(),
+           topology.leaves.corners.data(),
+           &topology.leaves.slots,
+           &topology.owners,
+           &topology.features,
+           memory.start.data(),
+           memory.end.data(),
+           topology.triangles.data(),
+           static_cast<unsigned>(count),
+           static_cast<unsigned>(topology.triangles.size()),
+           mesh.tree.size(),
+           mesh.tree.depth(),
+           std::max(at_start, at_end)};
+}
+
+template PlacedMotion::PlacedMotion(const MeshState&, const fcl::Vector3f*, const fcl::Vector3f*,
+                                    const fcl::Transform3d&, const fcl::Transform3d&, Memory&);
+template PlacedMotion::PlacedMotion(const MeshState&, const fcl::Vector3d*, const fcl::Vector3d*,
+                                    const fcl::Transform3d&, const fcl::Transform3d&, Memory&);
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,124 @@
+#include "scene/scene_state.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "base/task_pool.h"
+
+namespace adaptive_bvh {
+namespace {
+
+BodyPair sorted(BodyId a, BodyId b) { return {std::min(a, b), std::max(a, b)}; }
+
+}  // namespace
+
+std::vector<Body>::const_iterator SceneState::find(BodyId id) const {
+  return std::lower_bound(bodies.begin(), bodies.end(), id,
+                          [](const Body& body, BodyId x) { return body.id < x; });
+}
+
+std::size_t SceneState::placeOf(BodyId id) const {
+  const auto at = find(id);
+  if (at == bodies.end() || at->id != id)
+    throw std::invalid_argument("adaptive_bvh: there is no body " + std::to_string(id) +
+                                " in the scene");
+  return static_cast<std::size_t>(at - bodies.begin());
+}
+
+bool SceneState::contains(BodyId id) const {
+  const auto at = find(id);
+  return at != bodies.end() && at->id == id;
+}
+
+void SceneState::requireCurrent() const {
+  bool is_same = is_current;
+  for (const Body& body : bodies)
+    is_same = is_same && (!body.isMesh() || body.mesh().version == body.positions);
+  if (!is_same)
+    throw std::logic_error(
+        "adaptive_bvh: the scene has changed since its last update; call Scene::update before "
+        "queries");
+}
+
+/// With fewer bodies, handing tasks to threads costs more than it gains.
+constexpr std::size_t kParallelBodies = 64;
+
+void SceneState::update() {
+  const TaskPool pool(bodies.size() >= kParallelBodies ? threads : 1);
+  is_current = false;  // until all of it is done: what follows may throw std::bad_alloc
+  in_tree.clear();
+  unbounded.clear();
+  boxes.clear();
+  pool.forEachPart(static_cast<int>(bodies.size()), pool.parts(), [&](int i, int end, int) {
+    for (; i < end; ++i) bound(bodies[static_cast<std::size_t>(i)], turnError());
+  });
+  for (unsigned i = 0; i < bodies.size(); ++i) {
+    if (!bodies[i].box.isBounded()) {
+      unbounded.push_back(i);
+      continue;
+    }
+    in_tree.push_back(i);
+    boxes.push_back(bodies[i].box);
+  }
+  if (boxes.empty())
+    tree.clear();
+  else
+    tree.update(boxes);
+  is_current = true;
+}
+
+void SceneState::ignore(BodyId first, BodyId second) {
+  placeOf(first);
+  placeOf(second);
+  const BodyPair pair = sorted(first, second);
+  const auto at = std::lower_bound(ignored.begin(), ignored.end(), pair);
+  if (at == ignored.end() || *at != pair) ignored.insert(at, pair);
+}
+void SceneState::unignore(BodyId first, BodyId second) {
+  placeOf(first);
+  placeOf(second);
+  const BodyPair pair = sorted(first, second);
+  const auto at = std::lower_bound(ignored.begin(), ignored.end(), pair);
+  if (at != ignored.end() && *at == pair) ignored.erase(at);
+}
+void SceneState::ignoreNeighbours(const std::vector<BodyId>& chain) {
+  for (const BodyId body : chain) placeOf(body);
+  ignored.reserve(ignored.size() + chain.size());  // so all of it or nothing
+  for (std::size_t i = 1; i < chain.size(); ++i) ignore(chain[i - 1], chain[i]);
+}
+void SceneState::forget(BodyId body) {
+  const auto names = [&](const BodyPair& pair) {
+    return pair.first == body || pair.second == body;
+  };
+  ignored.erase(std::remove_if(ignored.begin(), ignored.end(), names), ignored.end());
+}
+
+bool SceneState::admits(const Body& a, const Body& b) const {
+  if (!(a.options.group & b.options.mask) || !(b.options.group & a.options.mask)) return false;
+  const BodyPair pair = sorted(a.id, b.id);
+  if (std::binary_search(ignored.begin(), ignored.end(), pair)) return false;
+  return !filter || filter(pair.first, pair.second);
+}
+
+void SceneState::findPairs(double distance, int meshes, std::vector<BodyPair>& pairs) const {
+  pairs.clear();
+  const auto add = [&](unsigned a, unsigned b) {
+    if (int(bodies[a].isMesh()) + int(bodies[b].isMesh()) < meshes) return;
+    if (admits(bodies[a], bodies[b])) pairs.push_back({std::min(a, b), std::max(a, b)});
+  };
+  const double limit = slack(distance);
+  tree.forEachPair(limit, [&](unsigned i, unsigned j) {
+    const Body &a = bodies[in_tree[i]], &b = bodies[in_tree[j]];
+    const double radii = (a.radius + b.radius + limit) * (1 + 1e-14);
+    if ((a.middle - b.middle).squaredNorm() <= radii * radii) add(in_tree[i], in_tree[j]);
+  });
+  for (const unsigned a : unbounded) {
+    for (const unsigned b : in_tree) add(a, b);
+    for (const unsigned b : unbounded)
+      if (b < a) add(a, b);
+  }
+  std::sort(pairs.begin(), pairs.end());
+}
+
+}  // namespace adaptive_bvh
