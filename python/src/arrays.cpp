@@ -114,7 +114,9 @@ Rows::Rows(const py::object& object, const char* name, bool are_rounded) {
 
 StridedRows::StridedRows(const py::object& object, const char* name)
     : array_(rowsOfThree(object, name)) {
-  is_double_ = array_.itemsize() != sizeof(float) || array_.dtype().kind() != 'f';
+  is_double_ = !py::isinstance<py::array_t<float>>(array_);
+  // Not array::itemsize(): pybind11 before 2.12 reads it where NumPy 1 has it.
+  const py::ssize_t number = is_double_ ? sizeof(double) : sizeof(float);
   const auto convert = [&](int order) {
     array_ = py::reinterpret_steal<py::array>(is_double_ ? convertedTo<double>(order, array_)
                                                          : convertedTo<float>(order, array_));
@@ -122,12 +124,12 @@ StridedRows::StridedRows(const py::object& object, const char* name)
   convert(0);
   // What Eigen can map. The stride of a single row may be anything.
   const auto fits = [&](int inner, int outer) {
-    const py::ssize_t stride = array_.strides(outer), number = array_.itemsize();
+    const py::ssize_t stride = array_.strides(outer);
     return array_.strides(inner) == number && stride > 0 && stride % number == 0;
   };
   is_row_major_ = !fits(0, 1) || fits(1, 0);
   if (is_row_major_ && !fits(1, 0)) convert(int(py::array::c_style));
-  outer_ = array_.strides(is_row_major_ ? 0 : 1) / array_.itemsize();
+  outer_ = array_.strides(is_row_major_ ? 0 : 1) / number;
 }
 
 fcl::Vector3d pointFrom(const py::object& object, const char* name) {

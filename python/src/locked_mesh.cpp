@@ -66,8 +66,10 @@ Mesh loadSingle(std::istream& in) {
 
 bool isSingle(const py::object& dtype) {
   const py::dtype type = dtype.is_none() ? py::dtype::of<double>() : py::dtype::from_args(dtype);
-  if (type.kind() == 'f' && type.itemsize() == 8) return false;
-  if (type.kind() == 'f' && type.itemsize() == 4) return true;
+  // Not dtype::itemsize(): pybind11 before 2.12 reads it where NumPy 1 has it.
+  const int bytes = type.attr("itemsize").cast<int>();
+  if (type.kind() == 'f' && bytes == 8) return false;
+  if (type.kind() == 'f' && bytes == 4) return true;
   throw py::type_error("dtype is " + std::string(py::str(py::handle(type))) +
                        "; float64 or float32 is needed");
 }
