@@ -7,7 +7,8 @@ import numpy as np
 
 from scenes import Frame, Work
 
-precision = "double"
+# Rays go through single precision.
+precision = {"": "double", "first hits": "single"}
 update = "rebuild"
 absent = {
     "distance": "no call for two meshes: all_pairs_distances is of points, hausdorff is the largest",

@@ -58,7 +58,7 @@ def difference(kind: str, ours: np.ndarray, theirs: np.ndarray, unit: float) -> 
     if kind in ("inside", "yes"):
         return float(np.mean(ours.astype(bool) != theirs.astype(bool)))
     if kind == "count":
-        return float(theirs.sum() / max(ours.sum(), 1) - 1)
+        return float((theirs.sum() - ours.sum()) / max(ours.sum(), 1))
     with np.errstate(invalid="ignore"):
         apart = np.where(ours == theirs, 0.0, np.abs(ours - theirs))
     apart = np.where(np.isnan(apart), np.inf, apart)
@@ -86,7 +86,7 @@ def _plain(make: Callable[[int, int], Work | None]) -> Callable[[int, int, int],
 
 
 def _within(make: Callable[[int, int], Work | None], share: float):
-    """Sets the distance to a share of the mean edge."""
+    """Sets the distance to a share of the mean edge, and the end of each step."""
 
     def with_distance(size: int, steps: int, points: int) -> Work | None:
         work = make(size, steps)
@@ -130,7 +130,8 @@ CROSSING = [
     _plain(lambda size, steps: scenes.two_sheets(size, steps, -0.5)),
     _plain(_real(FUNNEL, True)),
 ]
-MOVING = [_within(m, 0.2) for m in (_joined_rods, _real(FUNNEL, False), _real(ROLLERS, False))]
+MOVING = [_within(_joined_rods, 1.0)]
+MOVING += [_within(_real(name, False), 0.2) for name in scenes.REAL]
 
 QUESTIONS = {
     q.name: q
@@ -151,7 +152,7 @@ QUESTIONS = {
             "pairs within d",
             "count",
             MOVING,
-            "vertex-face and edge-edge pairs within 0.2 edges, (2,)",
+            "vertex-face and edge-edge pairs nearer than d, (2,)",
         ),
         Question("step candidates", "count", MOVING, "pairs that a step may bring together, (2,)"),
         Question("collision-free step", "times", MOVING, "share of a step that is safe, (1,)"),

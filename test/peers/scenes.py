@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-DATA = os.path.join(os.path.dirname(__file__), "..", "..", "..", "shared", "data")
+_HERE = os.path.dirname(os.path.abspath(__file__))
+DATA = os.environ.get("PEERS_DATA", os.path.join(_HERE, "..", "..", "..", "shared", "data"))
 
 
 @dataclass
