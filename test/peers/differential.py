@@ -119,8 +119,9 @@ def load(text: dict) -> tuple[str, Work]:
 class Comparison:
     """Compares one variant of one peer with this library for one question."""
 
-    def __init__(self, ours: Worker, peer: Worker, variant: str, question: str):
-        self.ours, self.peer, self.variant, self.question = ours, peer, variant, question
+    def __init__(self, peer: Worker, variant: str, question: str, verdicts: Verdicts):
+        self.peer, self.variant, self.question = peer, variant, question
+        self.verdicts = verdicts
         self.precision = chosen(peer, "precision", question)
         self.counts: dict[str, Count] = defaultdict(Count)
 
@@ -147,14 +148,16 @@ class Comparison:
         count.differences += 1
         wrong = {"ours": [], "theirs": []}
         for pair in sorted(a ^ b):
-            wrong["theirs" if judge.touch(work, pair) == (pair in a) else "ours"].append(pair)
+            truth = self.verdicts.of((number, pair), lambda p=pair: judge.touch(work, p))
+            wrong["theirs" if truth == (pair in a) else "ours"].append(pair)
         count.ours_wrong += bool(wrong["ours"])
         count.theirs_wrong += bool(wrong["theirs"])
         count.ours_worst = max(count.ours_worst, len(wrong["ours"]))
         count.theirs_worst = max(count.theirs_worst, len(wrong["theirs"]))
         i, j = (wrong["ours"] or wrong["theirs"])[0]
         small = part(work, [i], [j])
-        says = {"touch": judge.touch(work, (i, j)), "ours": (i, j) in a, "theirs": (i, j) in b}
+        says = {"touch": ((i, j) in a) != bool(wrong["ours"]), "ours": (i, j) in a}
+        says["theirs"] = (i, j) in b
         self._keep(count, number, small, says, bool(wrong["ours"]))
 
     def _compare_numbers(self, count: Count, number: int, work: Work, ours, theirs) -> None:
@@ -168,7 +171,7 @@ class Comparison:
         if not len(entries):
             return
         count.differences += 1
-        errors = [self._errors(work, int(i), ours[i], theirs[i]) for i in entries]
+        errors = [self._errors(number, work, int(i), ours[i], theirs[i], limit) for i in entries]
         precise = limit_of(self.question, "double", unit)
         count.ours_wrong += any(e[0] > precise for e in errors)
         count.theirs_wrong += any(e[1] > limit for e in errors)
@@ -184,10 +187,11 @@ class Comparison:
                 work, says = self._reduce(work, limit, says)
             self._keep(count, number, work, says, is_ours)
 
-    def _errors(self, work: Work, entry: int, ours, theirs) -> tuple[float, float, float]:
-        single = None if self.question == "distance" else entry
-        truth = float(judge.answer(self.question, work, single)[0])
-        return _apart(ours, truth), _apart(theirs, truth), truth
+    def _errors(self, number: int, work: Work, entry: int, ours, theirs, limit: float):
+        """Returns the errors of both, and the truth: nan where there is none."""
+        key = number, entry, limit if self.question == "first hits" else 0
+        truths = self.verdicts.of(key, lambda: truths_of(self.question, work, entry, limit))
+        return _apart(ours, truths[0]), _outside(theirs, truths), truths[0]
 
     def _reduce(self, work: Work, limit: float, says: dict) -> tuple[Work, dict]:
         best = dict(says)
@@ -200,10 +204,11 @@ class Comparison:
                 return False
             if isinstance(theirs, str) or not len(theirs):
                 return False
-            truth = float(judge.answer(self.question, smaller)[0])
-            if _apart(theirs[0], truth) <= limit:
+            truths = truths_of(self.question, smaller, 0, limit)
+            if _outside(theirs[0], truths) <= limit:
                 return False
-            best.update(truth=truth, theirs=float(theirs[0]))
+            best.update(truth=truths[0], theirs=float(theirs[0]))
+            best.pop("ours", None)
             return True
 
         return reduced(is_wrong, work, self.question == "distance"), best
@@ -214,8 +219,42 @@ class Comparison:
             count.kept.append({**text, **says, **as_json(self.question, work)})
 
 
+def truths_of(question: str, work: Work, entry: int, limit: float) -> list[float]:
+    """The true answer, and those of rays beside a ray. nan: on a surface, where the number jumps."""
+    if question == "first hits":
+        return judge.hits_near(work, entry, limit)
+    if question == "winding numbers":
+        nearest = judge.answer("closest points", work, entry)[0]
+        if nearest <= 1e-5 * scale(work):
+            return [math.nan]
+    single = None if question == "distance" else entry
+    return [float(judge.answer(question, work, single)[0])]
+
+
+def _outside(answer: float, truths: list[float]) -> float:
+    """How far an answer is from the interval of finite truths, and from an infinite one."""
+    finite = [t for t in truths if math.isfinite(t)]
+    if len(truths) == 1 or not finite or not math.isfinite(answer):
+        return min(_apart(answer, t) for t in truths)
+    return max(0.0, min(finite) - answer, answer - max(finite))
+
+
+class Verdicts:
+    """The judge's answers of the batch, since all peers need the same ones."""
+
+    def __init__(self):
+        self.known = {}
+
+    def of(self, key, ask):
+        if key not in self.known:
+            if len(self.known) > 100_000:
+                self.known.clear()
+            self.known[key] = ask()
+        return self.known[key]
+
+
 def _apart(a: float, b: float) -> float:
-    if a == b:
+    if a == b or math.isnan(b):
         return 0.0
     apart = abs(float(a) - float(b))
     return math.inf if math.isnan(apart) else apart
@@ -237,9 +276,9 @@ def answered(worker: Worker, question: str, variant: str, first: int, count: int
 
 
 def run(workers: list[Worker], question: str, total: int, first: int) -> list[Comparison]:
-    ours = workers[0]
+    ours, verdicts = workers[0], Verdicts()
     compared = [
-        Comparison(ours, w, v, question)
+        Comparison(w, v, question, verdicts)
         for w in workers
         for v in w.variants(question)
         if (w, v) != (ours, ours.variants(question)[0])

@@ -199,6 +199,23 @@ def _first(origin: Vector, direction: Vector, mesh: list[list[Vector]]) -> float
     return float(min(times)) if times else math.inf
 
 
+def hits_near(work, entry: int, shift: float) -> list[float]:
+    """t of the first hit of a ray, and of eight parallel rays that are `shift` beside it.
+
+    An answer between the least and the largest of them has an error of the ray of at most `shift`.
+    """
+    mesh = triangles(work.frames[0].first, work.faces)
+    origin, d = work.origins[entry], work.directions[entry]
+    side = np.cross(d, np.eye(3)[np.argmin(np.abs(d))])
+    side /= np.linalg.norm(side)
+    up = np.cross(d, side) / np.linalg.norm(d)
+    turns = np.arange(8) * np.pi / 4
+    beside = [shift * (np.cos(t) * side + np.sin(t) * up) for t in turns] if shift else []
+    start = rational(origin)
+    starts = [start] + [tuple(a + b for a, b in zip(start, rational(x))) for x in beside]
+    return [_first(o, rational(d), mesh) for o in starts]
+
+
 def touch(work, pair) -> bool:
     """Whether two triangles of the two meshes have a common point."""
     frame = work.frames[0]
