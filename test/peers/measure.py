@@ -59,7 +59,7 @@ def verdict(question, work_unit: float, precision: str, ours, theirs) -> tuple[f
     if question.kind == "count":
         return apart, "-"
     limit = {"lengths": SINGLE if precision == "single" else DOUBLE, "numbers": 5e-2, "times": 1e-3}
-    return apart, "yes" if apart <= limit.get(question.kind, 0.0) else "no"
+    return apart, "yes" if apart <= max(question.limit, limit.get(question.kind, 0.0)) else "no"
 
 
 def measured(workers: list[Worker], question, scene: tuple, rounds: int) -> dict:

@@ -85,23 +85,19 @@ def _scene(work: Work, ask):
     for each in objects:
         manager.registerObject(each)
     manager.setup()
-    # Wrappers differ from call to call; two bodies never have the same translation.
-    number = {}
+    number = {mesh.model.id(): i for i, mesh in enumerate(meshes)}
 
     def step(frame: Frame):
-        number.clear()
         for i, (mesh, each) in enumerate(zip(meshes, objects)):
             mesh.update(frame.bodies[i])
             mesh.model.computeLocalAABB()
             each.setTranslation(frame.translations[i])
             each.computeAABB()
-            number[tuple(frame.translations[i])] = i
         manager.update()
         return ask(manager)
 
-    def read(result):
-        at = [[number[tuple(o.getTranslation())] for o in pair] for pair in result]
-        return sorted(sorted(pair) for pair in at)
+    def read(contacts):
+        return sorted({tuple(sorted((number[c.o1.id()], number[c.o2.id()]))) for c in contacts})
 
     return step, read
 
@@ -113,17 +109,13 @@ def _least(manager) -> float:
 
 
 def _touching(manager):
-    """coal's own callbacks keep one result for all pairs; CollisionCallBackCollect has the pairs whose
-    boxes meet."""
-    callback = coal.CollisionCallBackCollect(10_000_000)
+    """All contacts of triangles: Python gets neither CollisionCallBackCollect's pairs nor a callback
+    of its own, and the default one has no limit for each pair."""
+    callback = coal.CollisionCallBackDefault()
+    callback.data.request.num_max_contacts = 10_000_000
+    callback.data.request.enable_contact = False
     manager.collide(callback)
-    request = coal.CollisionRequest()
-    request.enable_contact = False
-    found = []
-    for a, b in callback.getCollisionPairs():
-        if coal.collide(a, b, request, coal.CollisionResult()):
-            found.append((a, b))
-    return found
+    return callback.data.result.getContacts()
 
 
 answers = {

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import io
 import logging
 
-import numpy as np
-from pydrake.geometry import InMemoryMesh, Mesh, ProximityProperties, SceneGraph
-from pydrake.geometry import Box, Capsule, Convex, GeometryFrame, GeometryInstance, Sphere
-from pydrake.geometry import FramePoseVector
-from pydrake.common import MemoryFile
 from pydrake.common.value import Value
+from pydrake.geometry import (
+    Convex,
+    FramePoseVector,
+    GeometryFrame,
+    GeometryInstance,
+    ProximityProperties,
+    SceneGraph,
+)
 from pydrake.math import RigidTransform
 
 from scenes import Frame, Work
@@ -35,31 +37,22 @@ absent = {
 }
 
 
-def _obj(positions: np.ndarray, faces: np.ndarray) -> InMemoryMesh:
-    text = io.StringIO()
-    for x in positions.tolist():
-        text.write(f"v {x[0]!r} {x[1]!r} {x[2]!r}\n")
-    for f in (faces + 1).tolist():
-        text.write(f"f {f[0]} {f[1]} {f[2]}\n")
-    return InMemoryMesh(MemoryFile(text.getvalue(), ".obj", "mesh"))
-
-
-def _register(graph, source, shape) -> tuple:
-    frame = graph.RegisterFrame(source, GeometryFrame("f" + str(graph.model_inspector().num_frames())))
-    instance = GeometryInstance(RigidTransform(), shape, "g" + str(frame))
+def _register(graph: SceneGraph, source, name: str, shape) -> tuple:
+    frame = graph.RegisterFrame(source, GeometryFrame(name))
+    instance = GeometryInstance(RigidTransform(), shape, name)
     instance.set_proximity_properties(ProximityProperties())
     return frame, graph.RegisterGeometry(source, frame, instance)
 
 
 def _signed(work: Work):
-    """Distance of convex hulls; the mesh goes through the text of an OBJ file."""
+    """Distance of convex hulls, which are computed from the vertices in each step."""
 
     def step(frame: Frame):
         graph = SceneGraph()
         source = graph.RegisterSource("peers")
         made = [
-            _register(graph, source, Convex(_obj(x, f), 1.0))
-            for x, f in [(frame.first, work.faces), (frame.second, work.other_faces)]
+            _register(graph, source, name, Convex(x.T, name))
+            for name, x in [("first", frame.first), ("second", frame.second)]
         ]
         context = graph.CreateDefaultContext()
         poses = FramePoseVector()

@@ -69,6 +69,7 @@ def _shape_distance(work: Work):
 
 
 def _manager(work: Work, frame: Frame):
+    """Returns what must live as long as the manager, and the manager."""
     objects = []
     for x, t in zip(frame.bodies, frame.translations):
         model = _model(x, work.body_faces)
@@ -81,9 +82,10 @@ def _manager(work: Work, frame: Frame):
 
 def _scene_distance(work: Work):
     def step(frame: Frame):
-        _, manager = _manager(work, frame)
+        kept, manager = _manager(work, frame)
         data = fcl.DistanceData()
         manager.distance(data, fcl.defaultDistanceCallback)
+        del kept
         return max(data.result.min_distance, 0.0)
 
     return step
@@ -93,16 +95,18 @@ def _scene_contacts(work: Work):
     """Pairs of bodies: one contact a pair, by a callback, since FCL's default stops at its limit."""
 
     def step(frame: Frame):
-        objects, manager = _manager(work, frame)
-        number = {id(o): i for i, (_, o) in enumerate(objects)}
+        kept, manager = _manager(work, frame)
+        # The callback gets new wrappers: bodies are known by their translations.
+        number = {tuple(t): i for i, t in enumerate(frame.translations)}
         found = []
 
         def callback(a, b, _):
             if fcl.collide(a, b, fcl.CollisionRequest(1, False), fcl.CollisionResult()):
-                found.append(sorted((number[id(a)], number[id(b)])))
+                found.append(sorted(number[tuple(o.getTranslation())] for o in (a, b)))
             return False
 
         manager.collide(None, callback)
+        del kept
         return found
 
     return step

@@ -10,7 +10,8 @@ import numpy as np
 
 from scenes import Frame, Work
 
-precision = "double"
+# Vertices of meshes are in single precision.
+precision = {"": "double", "signed distance": "single"}
 update = {"": "rebuild", "first hits": "refit"}
 absent = {
     "closest points": "mj_geomDistance is of two geoms, and takes convex hulls",

@@ -82,6 +82,12 @@ def _first_hits(work: Work, mesh: ab.DeformableMesh) -> np.ndarray:
     return t
 
 
+def _intersects(mesh: ab.DeformableMesh, filter: str) -> bool:
+    """"beyond shared" also tests neighbours, as ipc-toolkit does."""
+    found = ab.self_collide(mesh, max_contacts=1, enable_contact=False, filter=filter)
+    return len(found) > 0
+
+
 def _sizes(pairs: ab.FeaturePairs) -> np.ndarray:
     vertex_face = len(pairs.vertex_face) + len(pairs.face_vertex)
     return np.array([vertex_face, len(pairs.edge_edge)])
@@ -124,7 +130,7 @@ def _scene_contacts(work: Work):
 
 
 def _signed(first: ab.DeformableMesh, second: ab.DeformableMesh) -> float:
-    """The middle of the bounds: they are within 1e-6 of each other."""
+    """The middle of the bounds: they are within 1e-6 of each other (see the question's limit)."""
     found = ab.signed_distance(first, second, 1e-6)
     return (found.lower + found.upper) / 2
 
@@ -139,13 +145,10 @@ answers = {
         "coherent": _coherent,
     },
     "contacts": lambda w: _two(w, lambda a, b: ab.collide(a, b, enable_contact=False).pairs),
-    "self-intersection": lambda w: _one(
-        w,
-        lambda m: len(
-            ab.self_collide(m, max_contacts=1, enable_contact=False, filter="beyond shared")
-        )
-        > 0,
-    ),
+    "self-intersection": {
+        name: (lambda w, filter=name: _one(w, lambda m: _intersects(m, filter)))
+        for name in ("beyond shared", "shared vertex")
+    },
     "self-contacts": lambda w: (
         _one(w, lambda m: ab.self_collide(m, enable_contact=False).pairs),
         lambda pairs: np.sort(np.reshape(pairs, (-1, 2)), axis=1),
