@@ -200,7 +200,8 @@ def _first(origin: Vector, direction: Vector, mesh: list[list[Vector]]) -> float
 
 
 def hits_near(work, entry: int, shift: float) -> list[float]:
-    """t of the first hit of a ray, and of eight parallel rays that are `shift` beside it.
+    """t of the first hit of a ray, of eight parallel rays that are `shift` beside it, and of edges that
+    it passes within `shift`: sharp corners may lie between the nine rays.
 
     An answer between the least and the largest of them has an error of the ray of at most `shift`.
     """
@@ -213,7 +214,25 @@ def hits_near(work, entry: int, shift: float) -> list[float]:
     beside = [shift * (np.cos(t) * side + np.sin(t) * up) for t in turns] if shift else []
     start = rational(origin)
     starts = [start] + [tuple(a + b for a, b in zip(start, rational(x))) for x in beside]
-    return [_first(o, rational(d), mesh) for o in starts]
+    found = [_first(o, rational(d), mesh) for o in starts]
+    return found + _passed(work, origin, d, shift) if shift else found
+
+
+def _passed(work, origin: np.ndarray, d: np.ndarray, shift: float) -> list[float]:
+    """t >= 0 at which a ray is nearest to each edge that it passes within `shift`; in doubles."""
+    corners = work.frames[0].first[work.faces]
+    a = corners.reshape(-1, 3)
+    u, w = np.roll(corners, -1, 1).reshape(-1, 3) - a, a - origin
+    dd, du, uu, dw, uw = d @ d, u @ d, (u * u).sum(1), w @ d, (u * w).sum(1)
+    determinant = dd * uu - du * du
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s = np.where(determinant > 0, (du * dw - dd * uw) / determinant, 0.0)
+    times = []
+    for s in (np.clip(s, 0, 1), np.zeros(len(a)), np.ones(len(a))):
+        t = np.maximum((dw + s * du) / dd, 0)
+        apart = np.linalg.norm(w + s[:, None] * u - t[:, None] * d, axis=1)
+        times += t[apart <= 2 * shift].tolist()
+    return times
 
 
 def touch(work, pair) -> bool:

@@ -57,13 +57,15 @@ def _closest(work: Work):
 
 
 def _inside(work: Work):
-    points, result = _columns(work.points), np.zeros(len(work.points), np.int32)
+    """Lists of points: contains() with arrays fills a copy of `result`, which stays 0 (1.2.0)."""
+    points = fcpw.float_3D_list(list(work.points.astype(np.float32)))
 
     def ask(scene):
+        result = fcpw.uint32_list()
         scene.contains(points, result)
-        return result.copy()
+        return result
 
-    return ask, lambda found: found
+    return ask, lambda found: np.array([found[i] for i in range(len(work.points))])
 
 
 def _first_hits(work: Work):

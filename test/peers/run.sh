@@ -10,10 +10,12 @@ work=$root/build/peers
 mkdir -p "$work"
 if [ ! -x "$work/venv/bin/python" ]; then "${PYTHON:-python3}" -m venv "$work/venv"; fi
 python=$work/venv/bin/python
+# Packages of PYTHONPATH are not those of the environment.
+installed=$(PYTHONPATH='' "$python" -m pip freeze --disable-pip-version-check | tr _ -)
 while read -r package; do
   case $package in '' | '#'*) continue ;; esac
-  if [ "$("$python" -m pip freeze 2>/dev/null | grep -ixF "$package" || true)" ]; then continue; fi
-  "$python" -m pip install --quiet --disable-pip-version-check "$package" ||
+  if grep -qixF "$package" <<<"$installed"; then continue; fi
+  PYTHONPATH='' "$python" -m pip install --quiet --disable-pip-version-check "$package" ||
     echo "skipped: $package cannot be installed" >&2
 done <"$here/requirements.txt"
 "$python" "$here/measure.py" --csv "$work/peers.csv" "$@"
