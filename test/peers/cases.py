@@ -1,6 +1,7 @@
-"""Small inputs for the differential tests, by number: the same number makes the same input everywhere.
+"""Small inputs for the differential tests, by number.
 
-All coordinates are single-precision numbers, so that peers in single precision get the same input.
+The same number makes the same input in every process. All coordinates are single-precision numbers,
+so that peers in single precision get the same input.
 """
 
 from __future__ import annotations
@@ -83,7 +84,9 @@ def _open(random, count: int):
     return _single(points + random.uniform(-0.7, 0.7, 3)), faces
 
 
-_MAKERS = dict(zip(FAMILIES, [_random, _lattice, _needles, _coplanar, _tilted, _far, _closed, _open]))
+_MAKERS = dict(
+    zip(FAMILIES, [_random, _lattice, _needles, _coplanar, _tilted, _far, _closed, _open])
+)
 
 
 def _near(random, count: int):

@@ -1,7 +1,7 @@
 """Asks all peers the same small questions, and a third judge who is wrong where they differ.
 
-Prints a table: peer, question, family, cases, differences, how often each side is wrong and by how much
-at most. Writes inputs of differences, made smaller, as JSON.
+Prints a table: peer, question, family, cases, differences, how often each side is wrong and by how
+much at most. Writes inputs of differences, made smaller, as JSON.
 """
 
 from __future__ import annotations
@@ -220,7 +220,7 @@ class Comparison:
 
 
 def truths_of(question: str, work: Work, entry: int, limit: float) -> list[float]:
-    """The true answer, and those of rays beside a ray. nan: on a surface, where the number jumps."""
+    """The true answer, and those of rays beside a ray. nan: on a surface, where numbers jump."""
     if question == "first hits":
         return judge.hits_near(work, entry, limit)
     if question == "winding numbers":
@@ -351,7 +351,8 @@ def replay(workers: list[Worker], path: str) -> None:
                     found = worker.call("cases", question, variant, [work])[0]
                 except (Crash, Failure) as error:
                     found = str(error)
-                print(f"    {worker.label(variant):20} {found.tolist() if hasattr(found, 'tolist') else found!s}")
+                text = found.tolist() if hasattr(found, "tolist") else found
+                print(f"    {worker.label(variant):20} {text}")
 
 
 if __name__ == "__main__":

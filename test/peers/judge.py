@@ -1,7 +1,8 @@
-"""The third judge: brute force in rationals and in extended precision. It shares no code with any peer.
+"""The third judge: brute force in rationals and in extended precision.
 
-Every input is a double, so that rationals hold it exactly. Squared distances, touching pairs and hits
-of rays are exact; winding numbers are sums in extended precision (64 bits of mantissa or more).
+It shares no code with any peer. Every input is a double, so that rationals hold it exactly. Squared
+distances, touching pairs and hits of rays are exact; winding numbers are sums in extended precision
+(64 bits of mantissa or more).
 """
 
 from __future__ import annotations
@@ -74,7 +75,10 @@ def point_triangle(p: Vector, triangle: list[Vector]) -> Fraction:
 def segment_segment(a: Vector, b: Vector, c: Vector, d: Vector) -> Fraction:
     """Squared distance of two segments: of an inner pair of points, or of an end and a segment."""
     least = min(
-        point_segment(a, c, d), point_segment(b, c, d), point_segment(c, a, b), point_segment(d, a, b)
+        point_segment(a, c, d),
+        point_segment(b, c, d),
+        point_segment(c, a, b),
+        point_segment(d, a, b),
     )
     u, v, w = sub(b, a), sub(d, c), sub(a, c)
     uu, uv, vv, uw, vw = dot(u, u), dot(u, v), dot(v, v), dot(u, w), dot(v, w)
@@ -171,9 +175,7 @@ def answer(question: str, work, entry: int | None = None) -> np.ndarray:
     frame = work.frames[0]
     chosen = slice(None) if entry is None else slice(entry, entry + 1)
     if question == "winding numbers":
-        return np.array(
-            [winding_number(frame.first, work.faces, p) for p in work.points[chosen]]
-        )
+        return np.array([winding_number(frame.first, work.faces, p) for p in work.points[chosen]])
     first = triangles(frame.first, work.faces)
     if question == "closest points":
         points = [rational(p) for p in work.points[chosen]]
@@ -200,8 +202,8 @@ def _first(origin: Vector, direction: Vector, mesh: list[list[Vector]]) -> float
 
 
 def hits_near(work, entry: int, shift: float) -> list[float]:
-    """t of the first hit of a ray, of eight parallel rays that are `shift` beside it, and of edges that
-    it passes within `shift`: sharp corners may lie between the nine rays.
+    """t of the first hit of a ray, of eight parallel rays that are `shift` beside it, and of edges
+    that it passes within `shift`: sharp corners may lie between the nine rays.
 
     An answer between the least and the largest of them has an error of the ray of at most `shift`.
     """

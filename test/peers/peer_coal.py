@@ -109,8 +109,8 @@ def _least(manager) -> float:
 
 
 def _touching(manager):
-    """All contacts of triangles: Python gets neither CollisionCallBackCollect's pairs nor a callback
-    of its own, and the default one has no limit for each pair."""
+    """All contacts of triangles: Python gets neither CollisionCallBackCollect's pairs nor a
+    callback of its own, and the default one has no limit for each pair."""
     callback = coal.CollisionCallBackDefault()
     callback.data.request.num_max_contacts = 10_000_000
     callback.data.request.enable_contact = False

@@ -1,4 +1,4 @@
-"""embreex: Embree 4 for rays, in single precision. It binds no refit: a scene is made in each step."""
+"""embreex: Embree 4 for rays, in single precision. Made anew in each step: no refit is bound."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""python-fcl. Its BVHModel (OBBRSS) has no replace or update in Python: it is built in each step."""
+"""python-fcl. Its BVHModel (OBBRSS) has no replace or update in Python: it is built anew."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def _scene_distance(work: Work):
 
 
 def _scene_contacts(work: Work):
-    """Pairs of bodies: one contact a pair, by a callback, since FCL's default stops at its limit."""
+    """Pairs of bodies: one contact a pair, by a callback. FCL's default stops at its limit."""
 
     def step(frame: Frame):
         kept, manager = _manager(work, frame)

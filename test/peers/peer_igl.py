@@ -11,7 +11,7 @@ from scenes import Frame, Work
 precision = {"": "double", "first hits": "single"}
 update = "rebuild"
 absent = {
-    "distance": "no call for two meshes: all_pairs_distances is of points, hausdorff is the largest",
+    "distance": "no call for two meshes: all_pairs_distances is of points",
     "contacts": "not bound: intersections of meshes are in igl.copyleft.cgal, which is not shipped",
     "self-intersection": "not bound: only single pairs (tri_tri_overlap_test_3d)",
     "self-contacts": "not bound: only single pairs (tri_tri_overlap_test_3d)",

@@ -6,7 +6,7 @@ import numpy as np
 from meshlib import mrmeshnumpy
 from meshlib import mrmeshpy as mr
 
-from scenes import Frame, Work
+from scenes import Work
 
 precision = "single"
 update = "rebuild"

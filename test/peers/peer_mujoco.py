@@ -18,7 +18,7 @@ absent = {
     "inside": "none",
     "winding numbers": "none",
     "distance": "mj_geomDistance takes convex hulls, and no flex",
-    "contacts": "a flex reports contacts of elements: at most one for a pair, thinned, no list of pairs",
+    "contacts": "a flex reports contact points of its elements, thinned; no list of pairs",
     "self-intersection": "contacts of a flex with itself leave out pairs that are near on it",
     "self-contacts": "contacts of a flex with itself leave out pairs that are near on it",
     "shape distance": "mj_geomDistance takes the convex hull of the mesh",

@@ -1,4 +1,4 @@
-"""Newton on the CPU. Its soft contacts are vertices near a mesh of constant shape; see peer_warp."""
+"""Newton on the CPU. Its soft contacts are vertices near a mesh of constant shape."""
 
 from __future__ import annotations
 

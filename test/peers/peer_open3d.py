@@ -1,4 +1,4 @@
-"""Open3D's RaycastingScene (Embree, single precision). It has no refit: a scene is made in each step."""
+"""Open3D's RaycastingScene (Embree, single precision), made anew in each step: it has no refit."""
 
 from __future__ import annotations
 

@@ -83,7 +83,7 @@ def _first_hits(work: Work, mesh: ab.DeformableMesh) -> np.ndarray:
 
 
 def _intersects(mesh: ab.DeformableMesh, filter: str) -> bool:
-    """"beyond shared" also tests neighbours, as ipc-toolkit does."""
+    """ "beyond shared" also tests neighbours, as ipc-toolkit does."""
     found = ab.self_collide(mesh, max_contacts=1, enable_contact=False, filter=filter)
     return len(found) > 0
 

@@ -1,5 +1,7 @@
-"""trimesh's CollisionManager, on python-fcl. A body that deforms is removed and added again; poses are
-rounded to single precision there, so that positions here are those in the world."""
+"""trimesh's CollisionManager, on python-fcl. A body that deforms is removed and added again.
+
+Poses are rounded to single precision there, so that positions here are those in the world.
+"""
 
 from __future__ import annotations
 

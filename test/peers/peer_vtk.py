@@ -1,4 +1,4 @@
-"""VTK. Locators and implicit distances are built anew in each step; most queries are of one point."""
+"""VTK. Locators and implicit distances are built anew; most queries are of one point."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def _locator(data: vtk.vtkPolyData) -> vtk.vtkStaticCellLocator:
 
 
 def _closest(work: Work):
-    """One call a point: vtkImplicitPolyDataDistance takes arrays, and is slower (a signed distance)."""
+    """One call a point."""
     mesh, points = _Mesh(work.faces), work.points.tolist()
 
     def step(frame: Frame):

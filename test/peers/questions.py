@@ -137,9 +137,7 @@ MOVING += [_within(_real(name, False), 0.2) for name in scenes.REAL]
 QUESTIONS = {
     q.name: q
     for q in [
-        Question(
-            "closest points", "lengths", SURFACES + REAL_SURFACES, "distances of many points"
-        ),
+        Question("closest points", "lengths", SURFACES + REAL_SURFACES, "distances of many points"),
         Question("inside", "inside", SURFACES[:1], "whether points are inside of a closed mesh"),
         Question(
             "winding numbers", "numbers", SURFACES, "generalised winding numbers of many points"

@@ -1,7 +1,7 @@
 """The inputs that all peers get: deforming meshes, frames of simulations, query points, rays.
 
-Every function is deterministic, so that every process makes the same float64 arrays. Lengths have no
-unit; a scene is about 1 to 10 wide.
+Every function is deterministic, so that every process makes the same float64 arrays. Lengths have
+no unit; a scene is about 1 to 10 wide.
 """
 
 from __future__ import annotations
