@@ -17,7 +17,8 @@ constexpr int kLeastTurn = 8;  ///< what charts begin with where their rims meet
 /// Collects the triangles of the patches of one convex part, in the part's frame.
 class PartMesh {
  public:
-  explicit PartMesh(const Solid& solid, int turn) : solid_(solid) {
+  explicit PartMesh(const Solid& solid, int turn)
+      : inner_(solid.inner()), is_bounded_(solid.core().isBounded()) {
     std::vector<SurfacePatch> patches;
     solid.addPatches(patches);
     for (const SurfacePatch& patch : patches) {
@@ -45,8 +46,7 @@ class PartMesh {
   }
   /// A surface without end keeps the order of the corners.
   void add(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& c) {
-    const bool is_outward = !solid_.core().isBounded() ||
-                            (b - a).cross(c - a).dot((a + b + c) / 3 - solid_.inner()) > 0;
+    const bool is_outward = !is_bounded_ || (b - a).cross(c - a).dot((a + b + c) / 3 - inner_) > 0;
     const std::size_t first = mesh_.vertices.size();
     mesh_.vertices.insert(mesh_.vertices.end(), {a, b, c});
     mesh_.triangles.emplace_back(first, is_outward ? first + 1 : first + 2,
@@ -60,7 +60,8 @@ class PartMesh {
     weldVertices(mesh_, 32 * std::numeric_limits<double>::epsilon() * size);
   }
 
-  const Solid& solid_;
+  const fcl::Vector3d inner_;
+  const bool is_bounded_;
   TriangleMesh<double> mesh_;
 };
 

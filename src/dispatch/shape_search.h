@@ -61,7 +61,8 @@ class ShapeInTree {
     return float4::upper<Float4>(adaptive_bvh::squaredGaps<0>(boxes, in_tree_),
                                  adaptive_bvh::squaredGaps<0>(change_(boxes), in_core_));
   }
-  /// Which those of triangles do not exceed that are at most so far from the shape.
+  /// Upper bound of `squaredGaps` for boxes of triangles that are at most `distance` from the
+  /// shape.
   float squaredLimit(double distance) const {
     const double limit = (distance + radius_) * scale_;
     return limit < 0 ? -1 : squaredGapOf(limit);

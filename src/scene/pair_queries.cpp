@@ -57,7 +57,7 @@ void append(Data& from, const Mark& begin, const Mark& end, Data& to) {
   append(from, begin, end, to, std::make_index_sequence<kVectors>());
 }
 
-/// What a pair found: some of what its thread found.
+/// The range of a pair's results in the list of its thread.
 struct Found {
   std::size_t slot;
   Mark begin, end;

@@ -218,9 +218,7 @@ void BodyFit<BV>::renewAxes(const Group& group, int lane, float area) {
   KeptAxes* const kept = keptAxes(group.nodes[lane]);
   if (kept) kept->area = std::min(area, other);
   if (!(other < area)) return;
-  S* const to = static_cast<S*>(alone.to[0]);
-  largest_corner_sum_ = std::max(largest_corner_sum_,
-                                 writeVolumes<Volume<BV>::kHasBox>(volumes, source_.model, &to, 1));
+  largest_corner_sum_ = std::max(largest_corner_sum_, Kernels::write(volumes, source_, alone));
   if (kept) kept->rotation = packed(Kernels::nodeFrames(source_, alone).components(anew));
 }
 

@@ -277,6 +277,15 @@ struct FitKernels {
     return finish(volumesAlong(keptAxes(source, group), source, group), source, group, areas);
   }
 
+  /// Writes the volumes of a group to FCL's. Returns the largest Volume::cornerSum.
+  ADAPTIVE_BVH_INLINE static double write(const BodyVolumes<P>& volumes, const FitSource& source,
+                                          const FitGroup& group) {
+    // In the order of kVolumeType.
+    constexpr decltype(&writeAs<float, false>) kWriters[] = {
+        writeAs<float, false>, writeAs<float, true>, writeAs<double, false>, writeAs<double, true>};
+    return kWriters[source.volume_type](volumes, source, group);
+  }
+
   static constexpr FitFunctions kFunctions = {kLanes, triangles, quads, patches, others};
 
  private:
@@ -293,13 +302,6 @@ struct FitKernels {
     S* to[kMostLanes];
     for (int i = 0; i < group.count; ++i) to[i] = static_cast<S*>(group.to[i]);
     return writeVolumes<kWithBox>(volumes, source.model, to, group.count);
-  }
-  ADAPTIVE_BVH_INLINE static double write(const BodyVolumes<P>& volumes, const FitSource& source,
-                                          const FitGroup& group) {
-    // In the order of kVolumeType.
-    constexpr decltype(&writeAs<float, false>) kWriters[] = {
-        writeAs<float, false>, writeAs<float, true>, writeAs<double, false>, writeAs<double, true>};
-    return kWriters[source.volume_type](volumes, source, group);
   }
 };
 
