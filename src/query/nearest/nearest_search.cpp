@@ -56,6 +56,7 @@ NearestSearch::NearestSearch(const PlacedMesh& first, const PlacedMesh& second,
   if (std::max(trees_.first().size(), trees_.second().size()) > Supports::kSmall)
     next_supports_ /= kOften;
   if (supports_first_) next_supports_ = 1;
+  next_line_ = kLineCost;
   next_view_ = testsBeforeView(trees_);
   next_hulls_ = kHullCost;
   next_check_ =
@@ -112,14 +113,35 @@ void NearestSearch::setLimit() {
   if (has_supports_) line_.setLimit(nearest_.limitWithinRounding());
 }
 
+/// Moves the nearest of all pairs to the end. With a line only: among many nodes at nearly the same
+/// distance, depth-first order would get to the nearest one late.
+void NearestSearch::moveNearestToEnd() {
+  const auto isFarther = [](const Pair& a, const Pair& b) { return a.gap > b.gap; };
+  while (heap_ < open_.size())
+    std::push_heap(open_.begin(), open_.begin() + std::ptrdiff_t(++heap_), isFarther);
+  std::pop_heap(open_.begin(), open_.end(), isFarther);
+  --heap_;
+}
+
+/// Returns the nearest of the pairs that the last visit added, or the last pair; with a line, the
+/// nearest of all pairs if that visit added none.
+NearestSearch::Pair NearestSearch::takeNext() {
+  if (has_view_ && has_supports_ && !has_next_) moveNearestToEnd();
+  has_next_ = false;
+  const Pair pair = open_.back();
+  open_.pop_back();
+  return pair;
+}
+
 void NearestSearch::run() {
   open_.clear();
   open_.push_back({0, 0, 0});
   limit_ = -1;
   setLimit();
   while (!open_.empty() && !nearest_.isDone()) {
-    if (box_tests_ >= kLineCost && !nearest_.isRefined()) {
+    if (box_tests_ >= next_line_ && !nearest_.isRefined()) {
       nearest_.refineLine();
+      next_line_ = 2 * box_tests_;
       limit_ = -1;
       setLimit();
       continue;  // the search may be over
@@ -148,23 +170,6 @@ bool NearestSearch::takeStages() {
   if (box_tests_ < next_supports_ || direction_ == fcl::Vector3d::Zero()) return false;
   trySupports();
   return true;
-}
-
-/// Returns the nearest of the pairs that the last visit added. If it added none and a line is used,
-/// returns the nearest of all pairs: among many nodes at nearly the same distance, depth-first
-/// order would get to the nearest one late.
-NearestSearch::Pair NearestSearch::takeNext() {
-  if (has_view_ && has_supports_ && !has_next_) {
-    const auto isFarther = [](const Pair& a, const Pair& b) { return a.gap > b.gap; };
-    while (heap_ < open_.size())
-      std::push_heap(open_.begin(), open_.begin() + std::ptrdiff_t(++heap_), isFarther);
-    std::pop_heap(open_.begin(), open_.end(), isFarther);
-    --heap_;
-  }
-  has_next_ = false;
-  const Pair pair = open_.back();
-  open_.pop_back();
-  return pair;
 }
 
 /// Aligns the trees. The nodes stay the same, and gaps stay lower bounds.

@@ -172,7 +172,8 @@ class NearestSearch {
   void setLimit();
   bool takeStage();
   bool takeStages();
-  Pair takeNext();
+  [[gnu::noinline]] void moveNearestToEnd();
+  ADAPTIVE_BVH_INLINE Pair takeNext();
   void align();
   void lookAlong(const TriangleSeparation<double>::Line& line, double extent1, double extent2);
   bool check();
@@ -210,6 +211,7 @@ class NearestSearch {
   /// Whether the last visit added pairs. The nearest of them is the last of `open_`.
   bool has_next_ = false;
   std::size_t heap_ = 0;  ///< with a line: this many of `open_` are a heap
+  long next_line_;
   long next_view_, next_check_, next_hulls_;
   long next_supports_, next_alignment_;
   long next_stage_ = 0;  ///< the smallest of these
