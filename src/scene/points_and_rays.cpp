@@ -1,3 +1,4 @@
+// Nearest points of a scene's bodies, and first hits of rays.
 #include <cmath>
 
 #include "dispatch/convex_parts.h"
@@ -8,10 +9,10 @@
 namespace adaptive_bvh {
 namespace {
 
-/// By so much of the coordinates a bound is smaller, for rounding.
+/// Rounding error of a bound, relative to the coordinates.
 constexpr double kCellRounding = 1e-12;
 
-/// Makes `best` the nearest point of a mesh, if that is nearer.
+/// Sets `best` to the nearest point of a mesh if it is nearer.
 void improve(const Body& body, const fcl::Vector3d& x, ScenePoint<double>& best) {
   PointSearch::Nearest nearest;
   nearest.distance = best.distance;
@@ -21,7 +22,7 @@ void improve(const Body& body, const fcl::Vector3d& x, ScenePoint<double>& best)
   best = {body.id, nearest.distance, body.tf * nearest.point, nearest.triangle};
 }
 
-/// Of a shape, or of an octree's cells.
+/// Sets `best` to the nearest point of a shape or of an octree's cells if it is nearer.
 void improveByParts(const Body& body, const fcl::Vector3d& x, ScenePoint<double>& best) {
   const auto bound = [&](const CellBall& ball) {
     const double rounding = kCellRounding * (x.norm() + ball.middle.norm());
@@ -40,7 +41,7 @@ void improveByParts(const Body& body, const fcl::Vector3d& x, ScenePoint<double>
       });
 }
 
-/// A ray of a scene and its first hit so far.
+/// A ray, and its first hit with the bodies that were tested.
 class SceneRay {
  public:
   SceneRay(const Line& line, const RayRange<double>& range, bool single)
@@ -86,8 +87,8 @@ class SceneRay {
           return false;
         });
   }
-  /// The first t of the range at which the line crosses the surface of a shape; infinite where it
-  /// does not.
+  /// The first t of the range at which the line crosses the surface of a shape; infinite if it does
+  /// not.
   double crossing(const PlacedSolid& placed) const {
     const fcl::Matrix3d back = placed.tf.linear().transpose();
     const LineInterval found = placed.solid.along(
@@ -97,8 +98,8 @@ class SceneRay {
       if (const double t = rounded(end); isIn(t)) return t + 0.;  // not -0
     return kNone;
   }
-  /// As the user sees it: of two hits that single precision does not tell apart, the order of
-  /// bodies and triangles decides which is the first.
+  /// Rounds t to the caller's number type, so that hits with equal results are ordered by body and
+  /// triangle.
   double rounded(double t) const {
     return single_ ? static_cast<double>(static_cast<float>(t)) : t;
   }

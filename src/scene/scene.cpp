@@ -1,3 +1,4 @@
+// The class Scene: checks arguments, calls SceneState in double precision, and rounds the results.
 #include "adaptive_bvh/scene.h"
 
 #include <algorithm>
@@ -17,18 +18,17 @@
 
 namespace adaptive_bvh {
 
-/// A double scene, and what the user gave of its bodies.
+/// A scene in double precision, and the caller's geometries and transforms.
 template <typename S>
 struct Scene<S>::State {
-  /// A body as the user sees it.
   struct Given {
-    std::shared_ptr<const Geometry> owned;  ///< null of one that is referenced
+    std::shared_ptr<const Geometry> owned;  ///< null if the scene only refers to the geometry
     const Geometry* geometry;
     Transform tf;
   };
 
   SceneState scene{std::is_same<S, float>::value};
-  std::vector<Given> given;  ///< by place
+  std::vector<Given> given;  ///< by index in SceneState::bodies
 };
 
 namespace {
@@ -42,7 +42,7 @@ void requireOptions(const BodyGeometry& geometry, const BodyOptions& options) {
   requireClosed(geometry.mesh(), "a solid body");
 }
 
-/// Arrays of a user's points in double precision.
+/// Points in double precision: the array itself, or a copy in `converted`.
 const fcl::Vector3d* inDouble(const fcl::Vector3d* points, std::size_t,
                               std::vector<fcl::Vector3d>&) {
   return points;
@@ -275,7 +275,7 @@ void Scene<S>::nearest(BodyId body, std::size_t k, std::vector<SceneDistance<S>>
   answerInDouble(result, [&](std::vector<SceneDistance<double>>& found) {
     state_->scene.nearest(body, k, found);
   });
-  std::sort(result.begin(), result.end(), isNearerBody<S>);  // some may be as near, rounded
+  std::sort(result.begin(), result.end(), isNearerBody<S>);  // rounding may make distances equal
 }
 
 template <typename S>

@@ -41,12 +41,12 @@ void SceneState::requireCurrent() const {
         "queries");
 }
 
-/// With fewer bodies, handing tasks to threads costs more than it gains.
+/// With fewer bodies, one thread is faster than several.
 constexpr std::size_t kParallelBodies = 64;
 
 void SceneState::update() {
   const TaskPool pool(bodies.size() >= kParallelBodies ? threads : 1);
-  is_current = false;  // until all of it is done: what follows may throw std::bad_alloc
+  is_current = false;  // stays false if std::bad_alloc is thrown below
   in_tree.clear();
   unbounded.clear();
   boxes.clear();
@@ -84,7 +84,7 @@ void SceneState::unignore(BodyId first, BodyId second) {
 }
 void SceneState::ignoreNeighbours(const std::vector<BodyId>& chain) {
   for (const BodyId body : chain) placeOf(body);
-  ignored.reserve(ignored.size() + chain.size());  // so all of it or nothing
+  ignored.reserve(ignored.size() + chain.size());  // nothing is thrown after this
   for (std::size_t i = 1; i < chain.size(); ++i) ignore(chain[i - 1], chain[i]);
 }
 void SceneState::forget(BodyId body) {
