@@ -1,3 +1,4 @@
+// The functions of continuous_collision.h: check arguments and convert motions to double precision.
 #include "adaptive_bvh/continuous_collision.h"
 
 #include <array>
@@ -10,7 +11,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Throws std::invalid_argument on transforms that are not rigid, as PlacedMotion.
+/// Throws std::invalid_argument if a transform is not rigid, and like PlacedMotion.
 template <typename S>
 PlacedMotion placed(const Motion<S>& motion, PlacedMotion::Memory& memory) {
   requireRigid(motion.start_tf);
@@ -23,7 +24,7 @@ PlacedMotion placed(const Motion<S>& motion, PlacedMotion::Memory& memory) {
           memory};
 }
 
-/// Calls ask(query) for two meshes, or one with itself.
+/// Returns ask(query) for two meshes, or for one mesh and itself if `second` is null.
 template <typename S, typename Ask>
 auto withQuery(const Motion<S>& first, const Motion<S>* second, double separation, Ask&& ask) {
   const Leased<std::array<PlacedMotion::Memory, 2>> memory;

@@ -12,10 +12,10 @@
 namespace adaptive_bvh {
 namespace {
 
-/// A visitor of FeatureFinder that shares the room between two features among their vertices, in
-/// proportion to how far they move. While a vertex moves by r at most, no point of a feature moves
-/// by more than the largest r of its vertices. What is shared out only becomes less, from how far
-/// each vertex moves.
+/// A visitor of FeatureFinder that computes safe displacements of vertices. It begins with their
+/// motions. For each pair of features, it divides their distance in proportion to their motions,
+/// and lowers the displacements of their vertices to these shares. No point of a feature moves
+/// farther than the largest displacement of its vertices.
 template <bool kIsSelf>
 class SafeDisplacements {
  public:
@@ -23,7 +23,7 @@ class SafeDisplacements {
                     std::vector<double>& of_second)
       : pair_(pair), separation_(separation), first_(of_first), second_(of_second) {}
 
-  /// Where nothing is in the way.
+  /// Sets the displacement of each vertex to the length of its motion.
   static void setToMotion(const MovingMesh& mesh, std::vector<double>& safe) {
     safe.resize(mesh.num_vertices);
     for (unsigned v = 0; v < mesh.num_vertices; ++v) safe[v] = (mesh.end[v] - mesh.start[v]).norm();
@@ -74,7 +74,7 @@ class SafeDisplacements {
     return (middle[0] - middle[1]).norm() - std::sqrt(radius[0]) - std::sqrt(radius[1]);
   }
 
-  /// What the two may move by now, with some reserve for rounding.
+  /// The distance above which two features do not restrict each other, with a reserve for rounding.
   double needs(const std::array<Corner, 4>& c, std::size_t firsts) const {
     double safe[2] = {0, 0};
     for (std::size_t i = 0; i < 4; ++i) safe[i >= firsts] = std::max(safe[i >= firsts], *c[i].safe);
@@ -103,19 +103,20 @@ class SafeDisplacements {
   std::vector<double>&first_, &second_;
 };
 
-/// The swept boxes of a query, in memory that the thread keeps.
+/// The trees of swept boxes of a query, in memory of the calling thread.
 class SweptBoxes {
  public:
   explicit SweptBoxes(const ContinuousQuery& query)
       : query_(query), frame_(query.first, query.second) {}
 
-  /// Each grown by half of the separation.
+  /// Boxes around the motion in an interval, padded by half of the separation.
   SweptPair sweep(const TimeInterval& interval) {
     return pairAfter([&](SweptTree& tree, const MovingMesh& mesh) {
       tree.refit(mesh, frame_, interval, query_.separation / 2);
     });
   }
-  /// Vertices as far from their starts as `of_first` and `of_second` say, or `most`.
+  /// Boxes around displacements of vertices from their starts by up to `of_first` and `of_second`,
+  /// but at most `most`, padded by half of the separation.
   SweptPair reach(const std::vector<double>& of_first, const std::vector<double>& of_second,
                   double most) {
     return pairAfter([&](SweptTree& tree, const MovingMesh& mesh) {
@@ -139,7 +140,7 @@ class SweptBoxes {
   const Leased<std::array<SweptTree, 2>> trees_;
 };
 
-/// Means of some triangles.
+/// Mean lengths of motions and edges, from a sample of the triangles.
 struct MeanLengths {
   double motion = 0, edge = 0;
 
@@ -158,9 +159,8 @@ struct MeanLengths {
   double motionInEdges() const { return motion / std::max(edge, 1e-300); }
 };
 
-/// The first part of the motion that is searched: so short that vertices move by less than an
-/// edge's length. Swept boxes are small then; and once an impact is found nothing later is looked
-/// for.
+/// The end of the interval that is searched first: vertices move by about half an edge in it, so
+/// that swept boxes are small. Intervals after that of an impact are not searched.
 double firstPart(const ContinuousQuery& query) {
   const double motion =
       std::max(MeanLengths(query.first).motionInEdges(), MeanLengths(query.second).motionInEdges());
@@ -181,7 +181,7 @@ Impact earliestImpact(const ContinuousQuery& query) {
   }
 }
 
-/// All candidates and, where the whole motion is searched at once, the earliest impact.
+/// Lists all candidates and returns the earliest impact, by one traversal if motions are short.
 template <bool kIsSelf>
 Impact listAll(const ContinuousQuery& query, FeaturePairs& pairs) {
   if (firstPart(query) < 1) {
@@ -260,8 +260,8 @@ Impact findEarliestImpact(const ContinuousQuery& query, FeaturePairs& pairs) {
   return query.isSelf() ? listAll<true>(query, pairs) : listAll<false>(query, pairs);
 }
 
-/// First of what is near: that leaves little to the vertices of most meshes, so that few pairs are
-/// within reach of each other in the end.
+/// Searches near pairs first: they lower most displacements, so that few pairs are left to the last
+/// search, which has no limit.
 void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of_first,
                            std::vector<double>& of_second) {
   SafeDisplacements<false>::setToMotion(query.first, of_first);
@@ -270,7 +270,7 @@ void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of
   const auto search = [&](auto is_self, const SweptPair& pair) {
     constexpr bool kIsSelf = decltype(is_self)::value;
     SafeDisplacements<kIsSelf> displacements(pair, query.separation, of_first, of_second);
-    // On one thread: what it skips depends on the order.
+    // On one thread, because which pairs are skipped depends on the order.
     TriangleSearch<FeatureFinder<kIsSelf, SafeDisplacements<kIsSelf>>>(pair.trees(), displacements,
                                                                        pair)
         .runFromRoots();

@@ -8,20 +8,20 @@
 
 namespace adaptive_bvh {
 
-/// The earlier of two; of equally early ones that with the smaller numbers.
+/// The order of impacts: by time, then by kind and numbers.
 inline bool isEarlier(const Impact& a, const Impact& b) {
   if (a.time != b.time) return a.time < b.time;
   if (a.kind != b.kind) return a.kind < b.kind;
   return a.pair < b.pair;
 }
 
-/// A visitor of FeatureFinder that looks for the earliest impact. Pairs are collected, and by the
-/// hundred those are left out that surely stay apart up to the earliest impact so far, four at a
-/// time in single precision; of the others the time of impact decides.
+/// A visitor of FeatureFinder that finds the earliest impact. It collects pairs in batches, and
+/// discards those that stay apart until the earliest impact so far: four at a time, in single
+/// precision. For the others it computes the time of impact.
 template <bool kIsSelf>
 class EarliestImpact {
  public:
-  /// `separation`: in the unit of the world. `best`: shared by the threads of a query.
+  /// `separation`: in the unit of the world. `best`: earliest time, shared by a query's threads.
   EarliestImpact(const SweptPair& pair, const SweptFrame& frame, const TimeInterval& interval,
                  double separation, std::atomic<double>& best)
       : pair_(pair),
@@ -63,8 +63,8 @@ class EarliestImpact {
  private:
   static constexpr unsigned kSize = 256;
 
-  /// Two owned edges; or an owned vertex and the place of a triangle, with kSwapped where that is
-  /// of the first mesh.
+  /// Two owned edges; or an owned vertex and the leaf index of a triangle, with kSwapped if the
+  /// triangle is in the first mesh.
   using Ref = FeaturePair;
   static constexpr unsigned kSwapped = 1u << 31;
 
@@ -92,7 +92,7 @@ class EarliestImpact {
             std::min(1.f, static_cast<float>(std::max(share, 0.)) * (1 + 1.f / (1 << 20)))};
   }
 
-  /// The corners of a pair: their slots, and of which tree.
+  /// The slots of a pair's four corners, and the trees of the first kFirsts and of the others.
   struct Slots {
     const SweptTree *first, *second;
     unsigned at[4];
@@ -167,7 +167,7 @@ class EarliestImpact {
   unsigned num_points_ = 0, num_edges_ = 0;
 };
 
-/// Both in one search: lists all pairs, and looks for the earliest impact.
+/// A visitor of FeatureFinder that lists all pairs and finds the earliest impact.
 template <bool kIsSelf>
 class ListsAndImpact {
  public:

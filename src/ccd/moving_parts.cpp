@@ -10,7 +10,7 @@ namespace {
 
 using Vector = fcl::Vector3d;
 
-// By so much of the coordinates gaps are smaller, for rounding; so near counts as together.
+// Relative to the coordinates: the rounding error of a gap, and a gap that counts as contact.
 constexpr double kRounding = 1e-14, kTolerance = 1e-12;
 
 /// A part at one time, as a convex set.
@@ -24,9 +24,9 @@ class PartAt final : public ConvexSet {
   const double t_;
 };
 
-/// The largest time found, from `from` to `latest`, up to which a gap is above `needed`, as it is
-/// at `from`. gap(t) is a lower bound of it. Between two times the gap is at least the lesser of
-/// both, less an eighth of `bend` times the squared time between them.
+/// By bisection from `from` to `latest`: the largest time found up to which a gap is above
+/// `needed`, as it is at `from`. gap(t): lower bound of the gap. `bend`: bound of its second
+/// derivative; within a time dt it falls at most bend dt^2 / 8 below the smaller end value.
 template <typename Gap>
 double lastAbove(const Gap& gap, double bend, double needed, double from, double latest) {
   constexpr int kMostSteps = 40;
@@ -45,8 +45,8 @@ double lastAbove(const Gap& gap, double bend, double needed, double from, double
 
 constexpr int kMostSteps = 200;
 
-/// Along a fixed direction the gap of two such parts is a concave function of time: a point of one
-/// and a point of the other have a linear one, and the gap is the least of these.
+/// Conservative advancement. Along a fixed direction, the gap of two points is linear in time, and
+/// the gap of two parts is the smallest over their points: a concave function of time.
 double timeOfConvexContact(const MovingPart& first, const MovingPart& second, double separation,
                            double latest) {
   const double extent = std::max(first.extent(), second.extent());
@@ -79,9 +79,9 @@ struct Plane {
   }
 };
 
-/// The height n x - d of a point is a quadratic function of time, whose second derivative is at
-/// most twice the product of the motions of n and x. n is no longer than 1 in between, so that the
-/// height is no more than the distance.
+/// Conservative advancement towards a plane. The height n x - d of a point is quadratic in time;
+/// its second derivative is at most twice the product of the motions of n and x. The interpolated n
+/// is not longer than 1, so the height is a lower bound of the distance.
 double timeOfFlatContact(const MovingPart& part, const MovingPart& flat, double separation,
                          double latest) {
   Plane from(flat.placed(false)), to(flat.placed(true));
@@ -105,13 +105,13 @@ double timeOfFlatContact(const MovingPart& part, const MovingPart& flat, double 
   return t;
 }
 
-/// Unbounded shapes that are apart are parallel, and meet as soon as one turns.
+/// Two planes or half-spaces that are apart are parallel, and touch as soon as one turns.
 double timeOfUnboundedContact(const MovingPart& first, const MovingPart& second, double separation,
                               double latest, double parallel) {
   const TriangleGap start = gapOf(first.placed(false), second.placed(false), parallel);
   if (!(start.distance > separation)) return 0;
   const Vector n = (start.points.second - start.points.first) / start.distance;
-  double at_end = 0;  // the gap, negative where they overlap
+  double at_end = 0;  // the gap, negative if they overlap
   for (const MovingPart* part : {&first, &second}) {
     const Plane from(part->placed(false)), to(part->placed(true));
     if (from.n.cross(to.n).norm() > parallel) return 0;

@@ -14,7 +14,7 @@ void refuseMotion(const std::string& what) {
 
 namespace {
 
-/// Positions in the world; returns how far they may be from the exact ones.
+/// Transforms positions to the world; returns a bound of their error.
 template <typename S>
 double place(const fcl::Vector3<S>* positions, std::size_t count, const fcl::Transform3d& tf,
              std::vector<fcl::Vector3d>& world) {
@@ -22,7 +22,7 @@ double place(const fcl::Vector3<S>* positions, std::size_t count, const fcl::Tra
   const fcl::Matrix3d R = tf.linear();
   const fcl::Vector3d T = tf.translation();
   const bool is_still = R == fcl::Matrix3d::Identity() && T.isZero(0);
-  double largest = 0, sum = 0;  // of a body coordinate; not a number where one is not
+  double largest = 0, sum = 0;  // `sum` is NaN if a coordinate is not finite, else 0
   for (std::size_t i = 0; i < count; ++i) {
     const fcl::Vector3d x = positions[i].template cast<double>();
     world[i] = is_still ? x : fcl::Vector3d(R * x + T);

@@ -7,9 +7,9 @@
 namespace adaptive_bvh {
 namespace {
 
-/// At least x; x >= 0.
+/// Returns a float that is at least x; x >= 0.
 float roundedUp(double x) {
-  constexpr double kLargest = 1e20;  // boxes that reach as far overlap everything
+  constexpr double kLargest = 1e20;  // boxes of this size overlap all others
   return static_cast<float>(std::min(x, kLargest)) * (1 + 1.f / (1 << 20));
 }
 
@@ -54,8 +54,8 @@ void SweptTree::resize(const MovingMesh& mesh) {
   edge_boxes_.resize(mesh.features->edges().size() / 4);
 }
 
-/// Positions are off by their rounding, in double and then in single precision, and by what the
-/// mesh's are off.
+/// The margin covers the error of the mesh's positions, their rounding in double and in single
+/// precision, and the padding.
 void SweptTree::setMargin(const MovingMesh& mesh, const SweptFrame& frame, double grown) {
   constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
   const double coordinate = frame.origin.lpNorm<Eigen::Infinity>() + 2 / frame.scale;
