@@ -10,7 +10,7 @@
 
 namespace adaptive_bvh {
 
-/// A cell of an octree and where it is, in the octree's coordinates.
+/// A cell of an octree, and its box in the octree's coordinates.
 struct Cell {
   Cell() = default;
   Cell(const octomap::OcTreeNode* cell, const fcl::AABBd& where)
@@ -24,10 +24,10 @@ struct Cell {
   CellExtent extent;
 };
 
-/// The occupied cells of an octree of FCL's in either number type: boxes in double precision from
-/// the root's on.
+/// The occupied cells of an FCL octree of either number type. Their boxes are computed in double
+/// precision from the root's box.
 class OctreeCells {
-  /// What a question answers about the octree.
+  /// Returns question(octree), for either number type of the octree.
   template <typename Question>
   auto ask(const Question& question) const {
     return single_ ? question(*single_) : question(*double_);

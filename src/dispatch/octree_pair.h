@@ -11,13 +11,14 @@
 
 namespace adaptive_bvh {
 
-/// An octree where it is in the world.
+/// An octree, and its pose.
 struct PlacedOctree {
   OctreeCells cells;
   fcl::Transform3d tf;
 };
 
-/// What both queries need of a mesh and an octree.
+/// A mesh and an octree: bounds of the mesh's nodes and triangles in the octree's coordinates, and
+/// tests of triangles with cells. Counts the tests.
 class MeshOctreePair {
  public:
   MeshOctreePair(const QueryTriangles& mesh, const MeshNodes& nodes, const PlacedOctree& octree)
@@ -33,14 +34,14 @@ class MeshOctreePair {
   const OctreeCells& octree() const { return octree_.cells; }
   const MeshNodes& nodes() const { return nodes_; }
 
-  /// Whether of a cell and an inner node the cell is split. Chooses as FCL does.
+  /// Whether a search descends in the octree instead of below an inner node. FCL's rule.
   bool goesDownTheOctree(const Cell& cell, MeshNode node) const {
     return !octree().isLeaf(cell) && cell.box.size() > nodes_.size(node);
   }
 
   VolumeInOctree volume(MeshNode node) const { return {nodes_.body(node), into_octree_}; }
 
-  /// The triangle of a leaf, as Bound.
+  /// The triangle of a leaf, as a TriangleOverlap or a TriangleDistance.
   template <typename Bound>
   Bound triangle(MeshNode leaf) const {
     const TrianglePoints<double> x = triangles_[nodes_.triangle(leaf)];
@@ -49,7 +50,7 @@ class MeshOctreePair {
 
   void addTest() { ++node_tests_; }
 
-  /// A cell and a triangle, seen from the middle of the cell.
+  /// A cell and a triangle, in the octree's axes, relative to the centre of the cell.
   class LeafPair {
    public:
     TriangleGap gap() const { return box_.gap(corners_); }
@@ -87,8 +88,8 @@ class MeshOctreePair {
   std::size_t node_tests_ = 0, leaf_tests_ = 0;
 };
 
-/// The distance of triangles and an octree, in query.result, without objects; the octree is the
-/// first.
+/// Lowers query.result to the distance of triangles and an octree, which is the first object. Sets
+/// no objects.
 void distanceToOctree(const QueryTriangles& mesh, const MeshNodes& nodes,
                       const PlacedOctree& octree, const DistanceQuery<double>& query);
 

@@ -1,3 +1,4 @@
+// Searches for pairs of an octree's cell and a triangle, by descending in both trees.
 #include <algorithm>
 #include <array>
 #include <utility>
@@ -9,8 +10,8 @@ namespace adaptive_bvh {
 namespace {
 
 /// Calls test(cell, triangle) for the pairs of an occupied cell and a triangle that may overlap,
-/// until it returns true. By FCL's nodes in FCL's order, so that a request for few contacts gets
-/// those of FCL.
+/// until it returns true. Visits FCL's nodes in FCL's order, so that a request for a few contacts
+/// gets the same ones.
 template <typename Test>
 class OverlappingCells {
  public:
@@ -62,7 +63,7 @@ class OverlappingCells {
 };
 
 /// Calls test(cell, triangle) for the pairs of an occupied cell and a triangle that may be nearer
-/// than limit, the nearer ones first, until it returns true.
+/// than `limit`, until it returns true. Visits nearest children first.
 template <typename Test>
 class NearestCells {
  public:
@@ -72,14 +73,14 @@ class NearestCells {
   void operator()(const Cell& root) { visitNode(root, MeshNode()); }
 
  private:
-  /// What is below a cell or a node, and how far off it is.
+  /// The children of a cell or node, with lower bounds of their distances.
   template <typename Part, int kMost>
   struct Parts {
     std::array<std::pair<double, Part>, std::size_t(kMost)> parts;
     std::size_t count = 0;
 
     void add(double distance, const Part& part) { parts[count++] = {distance, part}; }
-    /// The nearest first, while they are nearer than limit.
+    /// Visits children nearer than `limit`, nearest first, until `visit` returns true.
     template <typename Visit>
     bool forEach(const double& limit, const Visit& visit) {
       for (auto *next = parts.data(), *end = next + count; next != end; ++next) {
@@ -150,7 +151,7 @@ void distanceToOctree(const QueryTriangles& mesh, const MeshNodes& nodes,
                   leaves.inWorld(gap.points.second), leaves.inWorld(gap.points.first));
     return query.isSatisfied();
   };
-  // When bodies touch, any pair that touches is the answer: it is searched first.
+  // The first pair that may overlap gives an upper bound, and is the answer if it touches.
   const auto once = [&](const Cell& cell, int triangle) {
     test(cell, triangle);
     return true;

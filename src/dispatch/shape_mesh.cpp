@@ -1,3 +1,4 @@
+// The surfaces of shapes and octrees as meshes: patches are subdivided, then welded.
 #include "adaptive_bvh/shape_mesh.h"
 
 #include <algorithm>
@@ -12,9 +13,9 @@
 namespace adaptive_bvh {
 namespace {
 
-constexpr int kLeastTurn = 8;  ///< what charts begin with where their rims meet
+constexpr int kLeastTurn = 8;  ///< edges; adjacent charts begin with 4 or 8 patches of a turn
 
-/// Collects the triangles of the patches of one convex part, in the part's frame.
+/// The surface of one convex part as a mesh, in the part's frame.
 class PartMesh {
  public:
   explicit PartMesh(const Solid& solid, int turn)
@@ -32,7 +33,7 @@ class PartMesh {
   const TriangleMesh<double>& mesh() const { return mesh_; }
 
  private:
-  /// Into four, by the middles of the edges.
+  /// Adds a patch, after `times` subdivisions into four at the midpoints of edges.
   void cut(const SurfaceChart& chart, const TrianglePoints<double>& corners, int times) {
     if (times == 0) return add(chart(corners[0]), chart(corners[1]), chart(corners[2]));
     const auto middle = [&](int i, int k) -> fcl::Vector3d {
@@ -44,7 +45,7 @@ class PartMesh {
     cut(chart, {b, a, corners[2]}, times - 1);
     cut(chart, {a, b, c}, times - 1);
   }
-  /// A surface without end keeps the order of the corners.
+  /// Adds a triangle, counter-clockwise from outside; an unbounded surface keeps its orientation.
   void add(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& c) {
     const bool is_outward = !is_bounded_ || (b - a).cross(c - a).dot((a + b + c) / 3 - inner_) > 0;
     const std::size_t first = mesh_.vertices.size();
@@ -52,7 +53,7 @@ class PartMesh {
     mesh_.triangles.emplace_back(first, is_outward ? first + 1 : first + 2,
                                  is_outward ? first + 2 : first + 1);
   }
-  /// Where charts meet, a point has been computed in two ways.
+  /// Welds the vertices where charts meet, which each chart rounds differently.
   void join() {
     double size = 0;
     for (const fcl::Vector3d& x : mesh_.vertices)

@@ -16,8 +16,8 @@
 
 namespace adaptive_bvh {
 
-/// A shape as the boxes of a four-wide tree see it: how far they are at least, in the shape's axes
-/// and in their own. docs/bounds.md, 13.
+/// Lower bounds of the distances of a four-wide tree's boxes from a shape: the larger of the gaps
+/// in the shape's axes and in the tree's axes. docs/bounds.md, 13.
 class ShapeInTree {
  public:
   ShapeInTree(const ShapeCore& core, const fcl::Transform3d& shape_tf, const WideTree& tree,
@@ -25,10 +25,10 @@ class ShapeInTree {
     const double scale = tree.scale();
     const fcl::Matrix3d to_core = core.axes.transpose() * shape_tf.linear().transpose();
     const fcl::Matrix3d m =
-        to_core * mesh_tf.linear() * tree.toBody().transpose() / scale;  // times 1: a rotation
+        to_core * mesh_tf.linear() * tree.toBody().transpose() / scale;  // a rotation
     const fcl::Vector3d origin = mesh_tf.linear() * tree.origin() + mesh_tf.translation();
-    const fcl::Vector3d seen = to_core * (origin - shape_tf.translation());  // the tree's
-    // Coordinates begin at the core's nearest point to the tree, where single precision is densest.
+    const fcl::Vector3d seen = to_core * (origin - shape_tf.translation());  // the tree's origin
+    // The origin is the core's point nearest to the tree: there single precision is most accurate.
     const fcl::Vector3d nearest = seen.cwiseMax(core.low).cwiseMin(core.high);
     const fcl::Vector3d t = scale * (seen - nearest);
     const double numbers = tree.origin().lpNorm<1>() + 6 / scale +
@@ -53,7 +53,7 @@ class ShapeInTree {
     radius_ = core.radius;
   }
 
-  /// Whether single precision can express how they lie.
+  /// Whether single precision can represent the relative placement. If not, there are no bounds.
   bool isPrecise() const { return is_precise_; }
 
   /// Lower bounds of the squared distances of four boxes to the core.
@@ -70,10 +70,10 @@ class ShapeInTree {
 
  private:
   static constexpr double kUnit = 1. / (1 << 24);
-  /// Far more than any coordinate, and its square is within single precision.
+  /// Larger than all coordinates; single precision can represent its square.
   static constexpr double kMost = 1e18;
 
-  /// Rounded outward.
+  /// Sets all lanes to one box, rounded outward.
   static void setEnds(const fcl::Vector3d& low, const fcl::Vector3d& high, Boxes4& ends) {
     const auto end = [](double x, double outward) -> Float4 {
       x += outward * 2 * kUnit * std::abs(x);
@@ -86,16 +86,16 @@ class ShapeInTree {
   }
 
   FrameChange change_;        ///< from the tree's coordinates to the core's
-  Boxes4 in_core_, in_tree_;  ///< the core's box, four times
+  Boxes4 in_core_, in_tree_;  ///< the core's box in all lanes, in its own and in the tree's axes
   double scale_ = 1, radius_ = 0;
   bool is_precise_;
 };
 
-/// A mesh and a shape in their places, by the mesh's four-wide tree. Where single precision cannot
-/// express how the two lie, every triangle is tested.
+/// Finds triangles near a shape by the mesh's four-wide tree. If single precision cannot represent
+/// the relative placement, every triangle is tested.
 class MeshShapeSearch final : public ShapeSearch {
  public:
-  /// `core`: of the shape.
+  /// `core`: that of the shape.
   MeshShapeSearch(const PlacedMesh& mesh, const PlacedSolid& shape, const ShapeCore& core)
       : ShapeSearch(QueryTriangles(mesh), shape),
         mesh_(mesh),
@@ -113,7 +113,7 @@ class MeshShapeSearch final : public ShapeSearch {
             [&](unsigned place) -> bool { return test(mesh_.tree().triangle(place)); });
   }
 
-  /// The nearest boxes first; after many tests it looks along the line between the nearest points.
+  /// Visits nearest boxes first; after many tests, by bounds along the line between nearest points.
   void nearest(const DistanceQuery<double>& query, const PointPair<double>& points,
                const Test& test) const override {
     if (!in_tree_.isPrecise()) return testAll(test);
@@ -128,7 +128,7 @@ class MeshShapeSearch final : public ShapeSearch {
       return is_over || ++tests >= many;
     };
     if (!walk(keysOf, limit, testSome) || is_over) return;
-    const bool is_known = points.first != points.second;  // else nothing was as near as the limit
+    const bool is_known = points.first != points.second;  // false: no triangle within the limit
     if (!is_known || !core_.isBounded() || !triangles.rounding(points).isClear(limitOf(query)))
       return (void)walk(keysOf, limit, test);
     if (improve(query, points, test)) return;
@@ -161,7 +161,7 @@ class MeshShapeSearch final : public ShapeSearch {
     for (int i = 0; i < mesh_.mesh.numTriangles(); ++i)
       if (test(i)) return;
   }
-  /// The same with any keys of nodes; limit() is that of keys. Returns whether a test was true.
+  /// Visits triangles by increasing keys, up to limitOfKeys(). Returns whether a test was true.
   template <typename Keys, typename Limit, typename TestOfKeys>
   bool walk(const Keys& keysOf, const Limit& limitOfKeys, const TestOfKeys& test) const {
     float limit = limitOfKeys();
@@ -178,17 +178,17 @@ class MeshShapeSearch final : public ShapeSearch {
               return false;
             });
   }
-  /// More tests than a search takes where boxes tell triangles apart. From far away they do not.
+  /// More tests than a search takes if boxes separate the triangles. From far away they do not.
   int manyTests() const {
     constexpr double kFar = 32;  // radii of the mesh
     constexpr int kMany = 1024, kManyFromFar = 192;
     const double distance = (nearestOfCore() - mesh_.tree().origin()).stableNorm();
     const bool is_far = distance > kFar * mesh_.bounds().aabb_radius;
-    const auto positions = static_cast<int>(mesh_.tree().slots().used());  // what looking reads
+    const auto positions = static_cast<int>(mesh_.tree().slots().used());  // LineToCore reads these
     return is_far ? kManyFromFar + positions / 128 : kMany + positions / 32;
   }
-  /// Goes a few times from the nearest point of the shape, or from its farthest one toward the
-  /// mesh, to the nearest triangle, as long as that is nearer. Returns whether a test was true.
+  /// Lowers the distance in a few steps: tests the triangle nearest to the shape's nearest point,
+  /// or to its farthest point towards the mesh. Returns whether a test was true.
   bool improve(const DistanceQuery<double>& query, const PointPair<double>& points,
                const Test& test) const {
     constexpr int kMostSteps = 4;
@@ -232,7 +232,7 @@ class MeshShapeSearch final : public ShapeSearch {
 
   const PlacedMesh& mesh_;
   const ShapeCore core_;
-  const RelativePlacement to_mesh_;  ///< of the shape
+  const RelativePlacement to_mesh_;  ///< from the shape's frame
   const ShapeInTree in_tree_;
 };
 
@@ -242,7 +242,7 @@ void findVertexContacts(const PlacedMesh& mesh, const ShapeSolid& shape,
                         const fcl::Transform3d& shape_tf, double margin,
                         VertexContacts<double>& result);
 
-/// Whether a mesh is at most so far from a shape. `core`: of the shape.
+/// Whether a mesh is at most `distance` from a shape. `core`: that of the shape.
 bool isNearer(const PlacedMesh& mesh, const PlacedSolid& shape, const ShapeCore& core,
               double distance);
 
