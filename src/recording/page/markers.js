@@ -1,5 +1,5 @@
-// Nearest points as segments, contacts as points. Both keep their size on the screen, and what lies
-// behind a surface is drawn faintly.
+// Nearest points, drawn as segments, and contacts, drawn as points. Both have a constant size on
+// the screen. Parts behind a surface are drawn faintly.
 class Segments {
   constructor() {
     this.group = new THREE.Group();
@@ -18,7 +18,7 @@ class Segments {
     this.faint.color.set(colour);
   }
 
-  // Pairs of points in the world.
+  // Shows pairs of points, given in the world.
   show(pairs) {
     this.shown = pairs.map((pair) => [pair.slice(0, 3), pair.slice(3)].map((point) =>
       new THREE.Vector3(...point).applyMatrix4(world.matrix)));
