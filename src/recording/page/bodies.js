@@ -2,9 +2,9 @@
 function ramp(stops) {
   const colours = stops.map((stop) => new THREE.Color(stop));
   const at = (t) => {
-    const place = Math.min(Math.max(t, 0), 1) * (colours.length - 1);
-    const i = Math.min(Math.floor(place), colours.length - 2);
-    return colours[i].clone().lerp(colours[i + 1], place - i);
+    const position = Math.min(Math.max(t, 0), 1) * (colours.length - 1);
+    const i = Math.min(Math.floor(position), colours.length - 2);
+    return colours[i].clone().lerp(colours[i + 1], position - i);
   };
   const table = new Float32Array(3 * 256);
   for (let i = 0; i < 256; ++i) at(i / 255).toArray(table, 3 * i);
@@ -117,7 +117,7 @@ class BodyView {
     if (!this.absent && now.positions !== this.shownPositions) {
       readPoints(now.positions, this.positions);
       if (!this.source) this.split();
-      this.place();
+      this.updateGeometry();
       this.shownPositions = now.positions;
     }
     this.showPatches(now.patches);
@@ -140,7 +140,7 @@ class BodyView {
   }
 
   // Copies recorded positions to the drawn vertices, and computes normals.
-  place() {
+  updateGeometry() {
     const {position, normal} = this.geometry.attributes;
     this.source.forEach((from, to) => {
       for (let k = 0; k < 3; ++k) position.array[3 * to + k] = this.positions[3 * from + k];

@@ -139,7 +139,7 @@ const orbit = (() => {
       0.1);
   }
 
-  function place() {
+  function placeCamera() {
     const {turn, tilt} = view, distance = view.zoom * fittingDistance();
     camera.position.set(Math.sin(turn) * Math.cos(tilt), Math.sin(tilt),
       Math.cos(turn) * Math.cos(tilt)).multiplyScalar(distance).add(target);
@@ -233,7 +233,7 @@ const orbit = (() => {
   }, {passive: false});
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
   canvas.addEventListener("dblclick", reset);
-  beforeRender.push(place);
+  beforeRender.push(placeCamera);
   Object.assign(view, kStart);
   return {reset, rotate, zoom, move, load, view, target};
 })();

@@ -17,10 +17,10 @@ const volumeShader = {
       float radius = max(shape.z, least);
       face = onFace;
       vec3 axisZ = cross(axisX, axisY);
-      vec3 place = corner + axisX * (at.x * shape.x) + axisY * (at.y * shape.y)
+      vec3 point = corner + axisX * (at.x * shape.x) + axisY * (at.y * shape.y)
         + radius * (axisX * outward.x + axisY * outward.y + axisZ * outward.z);
       vec3 away = axisX * normal.x + axisY * normal.y + axisZ * normal.z;
-      vec4 seen = modelViewMatrix * vec4(place, 1.0);
+      vec4 seen = modelViewMatrix * vec4(point, 1.0);
       facing = (modelViewMatrix * vec4(away, 0.0)).xyz;
       toEye = -seen.xyz;
       tint = colour;
