@@ -111,6 +111,7 @@ class EarliestImpact {
             {(swapped ? b : a).features->vertices()[ref.first].slot, face[0], face[1], face[2]}};
   }
 
+  /// Loads the corners of four pairs.
   template <int kFirsts>
   ADAPTIVE_BVH_INLINE MovingPairs4 gather(const Ref* refs) const {
     const Slots slots[4] = {slotsOf<kFirsts>(refs[0]), slotsOf<kFirsts>(refs[1]),
@@ -141,6 +142,7 @@ class EarliestImpact {
     }
   }
 
+  /// The kind and the feature numbers of a pair; its time is not computed.
   template <int kFirsts>
   Impact numbersOf(const Ref& ref) const {
     const MovingMesh &a = pair_.first, &b = pair_.second;

@@ -11,8 +11,7 @@ namespace adaptive_bvh {
 
 [[noreturn]] void refuseMotion(const std::string& what);
 
-/// The motion of a mesh in a query: its vertices at the start and the end, in the world, in double
-/// precision.
+/// The motion of a mesh in a query: its vertices at start and end, as doubles in the world.
 class PlacedMotion {
  public:
   struct Memory {

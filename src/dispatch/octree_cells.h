@@ -24,8 +24,7 @@ struct Cell {
   CellExtent extent;
 };
 
-/// The occupied cells of an FCL octree of either number type. Their boxes are computed in double
-/// precision from the root's box.
+/// The occupied cells of an FCL octree of either number type, with boxes in double precision.
 class OctreeCells {
   /// Returns question(octree), for either number type of the octree.
   template <typename Question>
@@ -54,8 +53,7 @@ class OctreeCells {
     return ask([&](const auto& octree) { return !octree.nodeHasChildren(cell.node); });
   }
 
-  /// Calls visit(cell) for the occupied children of a cell, until it returns true, and returns
-  /// whether it did.
+  /// Calls visit(child) for the occupied children until it returns true; returns whether it did.
   template <typename Visit>
   bool forEachChild(const Cell& cell, Visit&& visit) const {
     for (unsigned i = 0; i < 8; ++i) {

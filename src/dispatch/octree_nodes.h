@@ -5,8 +5,7 @@
 
 namespace adaptive_bvh {
 
-/// A node of a tree over the triangles of a mesh: an FCL node, or a lane of a wide node, or all its
-/// lanes (-1).
+/// A node of a tree over a mesh's triangles: an FCL node, or one lane (or -1: all) of a wide node.
 struct MeshNode {
   int node = 0, lane = -1;
 };

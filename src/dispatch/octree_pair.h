@@ -17,8 +17,7 @@ struct PlacedOctree {
   fcl::Transform3d tf;
 };
 
-/// A mesh and an octree: bounds of the mesh's nodes and triangles in the octree's coordinates, and
-/// tests of triangles with cells. Counts the tests.
+/// A mesh and an octree: bounds and tests in the octree's coordinates. Counts the tests.
 class MeshOctreePair {
  public:
   MeshOctreePair(const QueryTriangles& mesh, const MeshNodes& nodes, const PlacedOctree& octree)
@@ -88,8 +87,7 @@ class MeshOctreePair {
   std::size_t node_tests_ = 0, leaf_tests_ = 0;
 };
 
-/// Lowers query.result to the distance of triangles and an octree, which is the first object. Sets
-/// no objects.
+/// Lowers query.result to the distance of an octree (first object) and triangles. Sets no objects.
 void distanceToOctree(const QueryTriangles& mesh, const MeshNodes& nodes,
                       const PlacedOctree& octree, const DistanceQuery<double>& query);
 

@@ -10,8 +10,7 @@ namespace adaptive_bvh {
 namespace {
 
 /// Calls test(cell, triangle) for the pairs of an occupied cell and a triangle that may overlap,
-/// until it returns true. Visits FCL's nodes in FCL's order, so that a request for a few contacts
-/// gets the same ones.
+/// until it returns true. FCL's order for FCL's nodes, so that few contacts are the same as FCL's.
 template <typename Test>
 class OverlappingCells {
  public:

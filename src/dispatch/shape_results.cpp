@@ -35,8 +35,7 @@ class ShapeDistance {
                          search_.triangles.inWorld(gap.points.second));
     return query_.isSatisfied() || query_.result.min_distance <= enough_ || isOver();
   }
-  /// Whether a plane proves that no triangle is nearer than the nearest so far. Tries it only after
-  /// many tests, and again after twice as many.
+  /// Whether a plane proves that no triangle is nearer. Tried after many tests, then twice as many.
   bool isOver() {
     if (++tests_ < next_check_ || nearest_.distance < 0) return false;
     next_check_ = 2 * tests_;

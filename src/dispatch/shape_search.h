@@ -61,8 +61,7 @@ class ShapeInTree {
     return float4::upper<Float4>(adaptive_bvh::squaredGaps<0>(boxes, in_tree_),
                                  adaptive_bvh::squaredGaps<0>(change_(boxes), in_core_));
   }
-  /// Upper bound of `squaredGaps` for boxes of triangles that are at most `distance` from the
-  /// shape.
+  /// Upper bound of `squaredGaps` for boxes of triangles at most `distance` from the shape.
   float squaredLimit(double distance) const {
     const double limit = (distance + radius_) * scale_;
     return limit < 0 ? -1 : squaredGapOf(limit);
@@ -103,7 +102,7 @@ class MeshShapeSearch final : public ShapeSearch {
         to_mesh_(mesh.tf, shape.tf),
         in_tree_(core, shape.tf, mesh.tree(), mesh.tf) {}
 
-  /// In the order of the leaves.
+  /// Visits triangles in the order of the leaves.
   void touching(const Test& test) const override {
     if (!in_tree_.isPrecise()) return testAll(test);
     const Float4 limit = float4::all(in_tree_.squaredLimit(0));
@@ -236,8 +235,7 @@ class MeshShapeSearch final : public ShapeSearch {
   const ShapeInTree in_tree_;
 };
 
-/// Overwrites the result with the vertices of a mesh that are at most `margin` from a shape, or
-/// inside of it.
+/// Overwrites the result with a mesh's vertices at most `margin` from a shape, or inside it.
 void findVertexContacts(const PlacedMesh& mesh, const ShapeSolid& shape,
                         const fcl::Transform3d& shape_tf, double margin,
                         VertexContacts<double>& result);

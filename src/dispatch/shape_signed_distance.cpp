@@ -233,6 +233,7 @@ class MeshAndShape {
     return DepthSearch<ShapeSource, MeshTarget>(source, target, precision_.tolerance(), known)
         .run();
   }
+  /// Upper bound of the coordinates of both bodies, in the frame of either.
   double size() const {
     const ShapeCore& core = shape_.core();
     const fcl::Vector3d far = core.low.cwiseAbs().cwiseMax(core.high.cwiseAbs());

@@ -95,8 +95,7 @@ class ShapeTriangles {
   }
 
  private:
-  /// Whether all triangles are at least `least` from the shape along a unit vector in its frame. A
-  /// sample of them is tested first, which often decides.
+  /// Whether all triangles are at least `least` from the shape along a unit vector in its frame.
   bool areApart(fcl::Vector3d along, double least) const {
     double reach;
     if (const FlatSolid* const flat = shape_.flat()) {
@@ -108,7 +107,7 @@ class ShapeTriangles {
     }
     const fcl::Vector3d in_mesh = to_shape_.R.transpose() * along;
     const double from = reach + least - along.dot(to_shape_.T);
-    constexpr int kFew = 32;  // one triangle of 32
+    constexpr int kFew = 32;  // a sample is tested first, because it often decides
     for (const int stride : {kFew, 1})
       for (int i = 0; i < triangles_.count; i += stride)
         for (const fcl::Vector3d& x : triangles_[i])
@@ -122,8 +121,7 @@ class ShapeTriangles {
   const RelativePlacement to_shape_;
 };
 
-/// The interface of searches for triangles near a shape: by a mesh's four-wide tree, or by FCL's
-/// traversal of a model.
+/// A search for triangles near a shape: by a four-wide tree, or by FCL's traversal of a model.
 class ShapeSearch {
  public:
   using Test = std::function<bool(int triangle)>;

@@ -23,8 +23,7 @@ inline double gapOf(const WorldBox& a, const WorldBox& b) {
   return gap.norm() * (1 - 1e-14);
 }
 
-/// Refers to the caller's mesh, shape or octree, of either number type; reads it in double
-/// precision.
+/// Refers to the caller's mesh, shape or octree; reads either number type in double precision.
 class BodyGeometry {
  public:
   /// Throws std::invalid_argument if the geometry is none of these.

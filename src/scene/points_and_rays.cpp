@@ -87,8 +87,7 @@ class SceneRay {
           return false;
         });
   }
-  /// The first t of the range at which the line crosses the surface of a shape; infinite if it does
-  /// not.
+  /// The first t of the range at which the line crosses a shape's surface; infinite if none does.
   double crossing(const PlacedSolid& placed) const {
     const fcl::Matrix3d back = placed.tf.linear().transpose();
     const LineInterval found = placed.solid.along(
@@ -98,8 +97,7 @@ class SceneRay {
       if (const double t = rounded(end); isIn(t)) return t + 0.;  // not -0
     return kNone;
   }
-  /// Rounds t to the caller's number type, so that hits with equal results are ordered by body and
-  /// triangle.
+  /// Rounds t as in the result, so that hits with equal results are ordered by body and triangle.
   double rounded(double t) const {
     return single_ ? static_cast<double>(static_cast<float>(t)) : t;
   }

@@ -53,9 +53,8 @@ struct SceneState {
   /// An upper bound of a distance in the world that was measured in the frame of either body.
   double slack(double distance) const { return distance * (1 + turnError()); }
 
-  /// Calls visit(body) for the unbounded bodies, then for the others: in order of the distance of
-  /// their boxes from `box`, if that is bounded. `visit` returns the distance beyond which no
-  /// bodies are needed.
+  /// Calls visit(body) for unbounded bodies, then for others by the distance of their boxes from
+  /// `box` (if bounded). `visit` returns the distance beyond which no bodies are needed.
   template <typename Visit>
   void visitByDistance(const WorldBox& box, const Visit& visit) const {
     for (const unsigned place : unbounded) visit(bodies[place]);
