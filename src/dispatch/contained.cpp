@@ -20,9 +20,9 @@ class InsideContact {
   /// Sets the contact's fields. `sign`: 1 if the mesh is the first object, -1 if it is the second.
   void describe(double sign, fcl::Contactd& contact) const {
     constexpr double kShort = 1e-8;
-    const fcl::Vector3d way = bounds_.nearest - point_.x;
+    const fcl::Vector3d path = bounds_.nearest - point_.x;
     const bool is_short = !(point_.distance > kShort * point_.x.norm());
-    const fcl::Vector3d out = is_short ? bounds_.outward : fcl::Vector3d(way / way.norm());
+    const fcl::Vector3d out = is_short ? bounds_.outward : fcl::Vector3d(path / path.norm());
     contact.pos = tf_ * point_.x;
     contact.normal = (sign * (tf_.linear() * out)).normalized();
     contact.penetration_depth = point_.distance;

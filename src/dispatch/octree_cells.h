@@ -26,10 +26,10 @@ struct Cell {
 
 /// The occupied cells of an FCL octree of either number type, with boxes in double precision.
 class OctreeCells {
-  /// Returns question(octree), for either number type of the octree.
-  template <typename Question>
-  auto ask(const Question& question) const {
-    return single_ ? question(*single_) : question(*double_);
+  /// Returns function(octree), for either number type of the octree.
+  template <typename Function>
+  auto withOctree(const Function& function) const {
+    return single_ ? function(*single_) : function(*double_);
   }
 
  public:
@@ -39,7 +39,7 @@ class OctreeCells {
       : double_(static_cast<const fcl::OcTreed*>(&octree)) {}
 
   fcl::AABBd rootBox() const {
-    return ask([](const auto& octree) -> fcl::AABBd {
+    return withOctree([](const auto& octree) -> fcl::AABBd {
       const auto box = octree.getRootBV();
       return {box.min_.template cast<double>(), box.max_.template cast<double>()};
     });
@@ -50,7 +50,7 @@ class OctreeCells {
     if (const Node* node = root(); node && isOccupied(node)) start(Cell(node, rootBox()));
   }
   bool isLeaf(const Cell& cell) const {
-    return ask([&](const auto& octree) { return !octree.nodeHasChildren(cell.node); });
+    return withOctree([&](const auto& octree) { return !octree.nodeHasChildren(cell.node); });
   }
 
   /// Calls visit(child) for the occupied children until it returns true; returns whether it did.
@@ -73,13 +73,13 @@ class OctreeCells {
   using Node = octomap::OcTreeNode;
 
   const Node* root() const {
-    return ask([](const auto& octree) -> const Node* { return octree.getRoot(); });
+    return withOctree([](const auto& octree) -> const Node* { return octree.getRoot(); });
   }
   bool isOccupied(const Node* node) const {
-    return ask([&](const auto& octree) { return octree.isNodeOccupied(node); });
+    return withOctree([&](const auto& octree) { return octree.isNodeOccupied(node); });
   }
   const Node* occupiedChild(const Node* node, unsigned i) const {
-    return ask([&](const auto& octree) -> const Node* {
+    return withOctree([&](const auto& octree) -> const Node* {
       if (!octree.nodeChildExists(node, i)) return nullptr;
       const Node* const child = octree.getNodeChild(node, i);
       return octree.isNodeOccupied(child) ? child : nullptr;

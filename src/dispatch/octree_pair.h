@@ -34,7 +34,7 @@ class MeshOctreePair {
   const MeshNodes& nodes() const { return nodes_; }
 
   /// Whether a search descends in the octree instead of below an inner node. FCL's rule.
-  bool goesDownTheOctree(const Cell& cell, MeshNode node) const {
+  bool descendsInOctree(const Cell& cell, MeshNode node) const {
     return !octree().isLeaf(cell) && cell.box.size() > nodes_.size(node);
   }
 
@@ -50,7 +50,7 @@ class MeshOctreePair {
   void addTest() { ++node_tests_; }
 
   /// A cell and a triangle, in the octree's axes, relative to the centre of the cell.
-  class LeafPair {
+  class CellAndTriangle {
    public:
     TriangleGap gap() const { return box_.gap(corners_); }
     bool touches(ShapeContact& contact) const { return box_.touches(corners_, contact); }
@@ -61,8 +61,8 @@ class MeshOctreePair {
 
    private:
     friend class MeshOctreePair;
-    LeafPair(const Cell& cell, const TrianglePoints<double>& corners,
-             const fcl::Transform3d& octree_tf)
+    CellAndTriangle(const Cell& cell, const TrianglePoints<double>& corners,
+                    const fcl::Transform3d& octree_tf)
         : middle_(cell.middle()), box_(cell.half()), corners_(corners), octree_tf_(octree_tf) {
       for (fcl::Vector3d& x : corners_) x -= middle_;
     }
@@ -72,10 +72,11 @@ class MeshOctreePair {
     TrianglePoints<double> corners_;
     const fcl::Transform3d& octree_tf_;
   };
-  LeafPair leafPair(const Cell& cell, int triangle) {
+  CellAndTriangle cellAndTriangle(const Cell& cell, int triangle) {
     ++leaf_tests_;
     const TrianglePoints<double> x = triangles_[triangle];
-    return LeafPair(cell, {to_octree_(x[0]), to_octree_(x[1]), to_octree_(x[2])}, octree_.tf);
+    return CellAndTriangle(cell, {to_octree_(x[0]), to_octree_(x[1]), to_octree_(x[2])},
+                           octree_.tf);
   }
 
  private:

@@ -38,7 +38,7 @@ class OverlappingCells {
   }
 
   bool descend(const Cell& cell, MeshNode node, VolumeInOctree& volume) {
-    if (pair_.goesDownTheOctree(cell, node)) return descendOctree(cell, node, volume);
+    if (pair_.descendsInOctree(cell, node)) return descendOctree(cell, node, volume);
     MeshNode below[4];
     const int count = pair_.nodes().below(node, below);
     return std::any_of(below, below + count, [&](MeshNode at) { return visitNode(cell, at); });
@@ -73,16 +73,16 @@ class NearestCells {
 
  private:
   /// The children of a cell or node, with lower bounds of their distances.
-  template <typename Part, int kMost>
-  struct Parts {
-    std::array<std::pair<double, Part>, std::size_t(kMost)> parts;
+  template <typename Child, int kMost>
+  struct Children {
+    std::array<std::pair<double, Child>, std::size_t(kMost)> entries;
     std::size_t count = 0;
 
-    void add(double distance, const Part& part) { parts[count++] = {distance, part}; }
+    void add(double distance, const Child& child) { entries[count++] = {distance, child}; }
     /// Visits children nearer than `limit`, nearest first, until `visit` returns true.
     template <typename Visit>
     bool forEach(const double& limit, const Visit& visit) {
-      for (auto *next = parts.data(), *end = next + count; next != end; ++next) {
+      for (auto *next = entries.data(), *end = next + count; next != end; ++next) {
         std::iter_swap(next, std::min_element(next, end, [](const auto& x, const auto& y) {
                          return x.first < y.first;
                        }));
@@ -107,17 +107,17 @@ class NearestCells {
   }
 
   bool descend(const Cell& cell, MeshNode node, const VolumeInOctree& volume) {
-    if (pair_.goesDownTheOctree(cell, node)) return descendOctree(cell, node, volume);
+    if (pair_.descendsInOctree(cell, node)) return descendOctree(cell, node, volume);
     MeshNode nodes[4];
     const int count = pair_.nodes().below(node, nodes);
-    Parts<MeshNode, 4> below;
+    Children<MeshNode, 4> below;
     for (int i = 0; i < count; ++i) below.add(distance(cell, pair_.volume(nodes[i])), nodes[i]);
     return below.forEach(limit_, [&](MeshNode child) { return visitNode(cell, child); });
   }
 
   template <typename Bound>
   bool descendOctree(const Cell& cell, MeshNode node, const Bound& bound) {
-    Parts<Cell, 8> children;
+    Children<Cell, 8> children;
     pair_.octree().forEachChild(cell, [&](const Cell& child) {
       children.add(distance(child, bound), child);
       return false;
@@ -144,18 +144,18 @@ void distanceToOctree(const QueryTriangles& mesh, const MeshNodes& nodes,
   fcl::DistanceResultd& result = query.result;
   MeshOctreePair pair(mesh, nodes, octree);
   const auto test = [&](const Cell& cell, int triangle) {
-    const auto leaves = pair.leafPair(cell, triangle);
-    const TriangleGap gap = leaves.gap();
+    const auto tested = pair.cellAndTriangle(cell, triangle);
+    const TriangleGap gap = tested.gap();
     result.update(gap.distance, nullptr, nullptr, octree.cells.id(cell), triangle,
-                  leaves.inWorld(gap.points.second), leaves.inWorld(gap.points.first));
+                  tested.inWorld(gap.points.second), tested.inWorld(gap.points.first));
     return query.isSatisfied();
   };
   // The first pair that may overlap gives an upper bound, and is the answer if it touches.
-  const auto once = [&](const Cell& cell, int triangle) {
+  const auto testFirst = [&](const Cell& cell, int triangle) {
     test(cell, triangle);
     return true;
   };
-  octree.cells.visitRoot(OverlappingCells<decltype(once)>(pair, once));
+  octree.cells.visitRoot(OverlappingCells<decltype(testFirst)>(pair, testFirst));
   if (!query.isSatisfied())
     octree.cells.visitRoot(NearestCells<decltype(test)>(pair, result.min_distance, test));
 }
@@ -166,15 +166,15 @@ void collideWithOctree(const QueryTriangles& mesh, const MeshNodes& nodes,
   if (query.isSatisfied() || !o2.isOccupied()) return;
   MeshOctreePair pair(mesh, nodes, octree);
   const auto test = [&](const Cell& cell, int triangle) {
-    const auto leaves = pair.leafPair(cell, triangle);
+    const auto tested = pair.cellAndTriangle(cell, triangle);
     ShapeContact found;
     const bool touches =
-        query.request.enable_contact ? leaves.touches(found) : leaves.gap().distance <= 0;
+        query.request.enable_contact ? tested.touches(found) : tested.gap().distance <= 0;
     if (!touches) return false;
     fcl::Contactd contact(&o1, &o2, octree.cells.id(cell), triangle);
     if (query.request.enable_contact) {
-      contact.pos = leaves.inWorld(found.position);
-      contact.normal = leaves.turnedToWorld(-found.normal);  // from the octree to the mesh
+      contact.pos = tested.inWorld(found.position);
+      contact.normal = tested.turnedToWorld(-found.normal);  // from the octree to the mesh
       contact.penetration_depth = found.depth;
     }
     query.result.addContact(contact);

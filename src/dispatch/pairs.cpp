@@ -15,8 +15,8 @@ using Reported = fcl::CollisionGeometryd;  ///< an object that contacts refer to
 void distanceOfMeshes(const QueryObject& a, const QueryObject& b,
                       const DistanceQuery<double>& query) {
   NearestPair nearest(a.mesh(), b.mesh(), query);
-  constexpr int kMany = 1024;  // for fewer triangles closeTriangles costs what it saves
-  if (a.mesh().mesh.numTriangles() + b.mesh().mesh.numTriangles() > kMany) {
+  constexpr int kMinTriangles = 1024;  // for fewer triangles closeTriangles costs what it saves
+  if (a.mesh().mesh.numTriangles() + b.mesh().mesh.numTriangles() > kMinTriangles) {
     const TrianglePair close = closeTriangles(PairOfMeshes(a.mesh(), b.mesh()));
     nearest.addWitness(int(close.first), int(close.second));
   }

@@ -40,7 +40,7 @@ class SeparatingMotion {
     for (int i = 0; i < kMostTries && !n.isZero(0); ++i) {
       const fcl::Vector3d last = n;
       n = outwardNear(n);
-      if (isApartMoved(n)) return true;
+      if (separates(n)) return true;
       if (n.dot(last) > kSame) break;
     }
     return false;
@@ -69,17 +69,17 @@ class SeparatingMotion {
     return (is_inside ? 1 : -1) / point.distance * (found.nearest - point.x);
   }
   /// Whether the shape, translated along n by the known depth and tolerance, is out of the mesh.
-  bool isApartMoved(const fcl::Vector3d& n) {
+  bool separates(const fcl::Vector3d& n) {
     constexpr double kShare = 15. / 16;  // a reserve for the rounding of the pose
     const double most = deepest_.lower + precision_.tolerance(),
                  length = deepest_.lower + kShare * precision_.tolerance();
     PlacedSolid moved = shape_;
     moved.tf.translation() += mesh_.tf.linear() * (length * n);
-    const double travel = (moved.tf.translation() - shape_.tf.translation()).norm();
+    const double moved_by = (moved.tf.translation() - shape_.tf.translation()).norm();
     const RelativePlacement to_mesh(mesh_.tf, moved.tf);
     const fcl::Vector3d inner = to_mesh(shape_.solid.inner());
-    if (!(travel <= most) || target_.isInside(inner) || isNear(moved)) return false;
-    deepest_.upper = std::max(travel, deepest_.lower);
+    if (!(moved_by <= most) || target_.isInside(inner) || isNear(moved)) return false;
+    deepest_.upper = std::max(moved_by, deepest_.lower);
     return true;
   }
   /// Whether the shape may touch the mesh's surface.

@@ -16,7 +16,7 @@ class ShapeDistance {
       : search_(search),
         query_(query),
         enough_(enough),
-        next_check_(std::max(kMany, search.triangles.placed().count / kShare)) {}
+        next_check_(std::max(kFirstCheck, search.triangles.placed().count / kTrianglesPerTest)) {}
 
   void run() {
     const double before = query_.result.min_distance;
@@ -61,7 +61,7 @@ class ShapeDistance {
   const ShapeSearch& search_;
   const DistanceQuery<double>& query_;
   const double enough_;
-  static constexpr int kMany = 64, kShare = 256;
+  static constexpr int kFirstCheck = 64, kTrianglesPerTest = 256;
   TriangleGap nearest_{{fcl::Vector3d::Zero(), fcl::Vector3d::Zero()}, -1};  ///< so far
   int tests_ = 0, next_check_;
 };

@@ -27,10 +27,10 @@ class ShapeInTree {
     const fcl::Matrix3d m =
         to_core * mesh_tf.linear() * tree.toBody().transpose() / scale;  // a rotation
     const fcl::Vector3d origin = mesh_tf.linear() * tree.origin() + mesh_tf.translation();
-    const fcl::Vector3d seen = to_core * (origin - shape_tf.translation());  // the tree's origin
+    const fcl::Vector3d in_core = to_core * (origin - shape_tf.translation());  // the tree's origin
     // The origin is the core's point nearest to the tree: there single precision is most accurate.
-    const fcl::Vector3d nearest = seen.cwiseMax(core.low).cwiseMin(core.high);
-    const fcl::Vector3d t = scale * (seen - nearest);
+    const fcl::Vector3d nearest = in_core.cwiseMax(core.low).cwiseMin(core.high);
+    const fcl::Vector3d t = scale * (in_core - nearest);
     const double numbers = tree.origin().lpNorm<1>() + 6 / scale +
                            mesh_tf.translation().lpNorm<1>() + shape_tf.translation().lpNorm<1>() +
                            nearest.lpNorm<1>() + core.radius;
@@ -109,7 +109,7 @@ class MeshShapeSearch final : public ShapeSearch {
     TreeWalk(mesh_.tree())
         .visit(
             [&](const Boxes4& boxes) { return float4::bits(in_tree_.squaredGaps(boxes) <= limit); },
-            [&](unsigned place) -> bool { return test(mesh_.tree().triangle(place)); });
+            [&](unsigned leaf_index) -> bool { return test(mesh_.tree().triangle(leaf_index)); });
   }
 
   /// Visits nearest boxes first; after many tests, by bounds along the line between nearest points.
@@ -120,11 +120,11 @@ class MeshShapeSearch final : public ShapeSearch {
       return in_tree_.squaredGaps(node.boxes);
     };
     const auto limit = [&]() -> float { return in_tree_.squaredLimit(limitOf(query)); };
-    int tests = 0, many = manyTests();
+    int tests = 0, max_tests = maxBoxTests();
     bool is_over = false;
     const auto testSome = [&](int triangle) {
       is_over = test(triangle);
-      return is_over || ++tests >= many;
+      return is_over || ++tests >= max_tests;
     };
     if (!walk(keysOf, limit, testSome) || is_over) return;
     const bool is_known = points.first != points.second;  // false: no triangle within the limit
@@ -143,8 +143,8 @@ class MeshShapeSearch final : public ShapeSearch {
       return line->limitOf(triangles.rounding(points).below(limitOf(query)) + core_.radius);
     };
     do {
-      many *= 4;
-      look(isNear, points, *line);
+      max_tests *= 4;
+      prepareLine(isNear, points, *line);
     } while (walk(keysAlong, limitAlong, testSome) && !is_over);
   }
 
@@ -178,13 +178,13 @@ class MeshShapeSearch final : public ShapeSearch {
             });
   }
   /// More tests than a search takes if boxes separate the triangles. From far away they do not.
-  int manyTests() const {
+  int maxBoxTests() const {
     constexpr double kFar = 32;  // radii of the mesh
-    constexpr int kMany = 1024, kManyFromFar = 192;
+    constexpr int kTests = 1024, kTestsFromFar = 192;
     const double distance = (nearestOfCore() - mesh_.tree().origin()).stableNorm();
     const bool is_far = distance > kFar * mesh_.bounds().aabb_radius;
     const auto positions = static_cast<int>(mesh_.tree().slots().used());  // LineToCore reads these
-    return is_far ? kManyFromFar + positions / 128 : kMany + positions / 32;
+    return is_far ? kTestsFromFar + positions / 128 : kTests + positions / 32;
   }
   /// Lowers the distance in a few steps: tests the triangle nearest to the shape's nearest point,
   /// or to its farthest point towards the mesh. Returns whether a test was true.
@@ -206,7 +206,7 @@ class MeshShapeSearch final : public ShapeSearch {
         break;
     return is_over;
   }
-  void look(const NearLanes& near, const PointPair<double>& points, LineToCore& line) const {
+  void prepareLine(const NearLanes& near, const PointPair<double>& points, LineToCore& line) const {
     const fcl::Matrix3d to_mesh = to_mesh_.R * core_.axes;
     const fcl::Vector3d half = (core_.high - core_.low) / 2,
                         middle = core_.axes * fcl::Vector3d((core_.low + core_.high) / 2);
@@ -215,9 +215,9 @@ class MeshShapeSearch final : public ShapeSearch {
   }
   /// The core's point that is nearest to the tree's origin, in the mesh's frame.
   fcl::Vector3d nearestOfCore() const {
-    const fcl::Vector3d seen =
+    const fcl::Vector3d in_core =
         core_.axes.transpose() * to_mesh_.R.transpose() * (mesh_.tree().origin() - to_mesh_.T);
-    return to_mesh_(fcl::Vector3d(core_.axes * seen.cwiseMax(core_.low).cwiseMin(core_.high)));
+    return to_mesh_(fcl::Vector3d(core_.axes * in_core.cwiseMax(core_.low).cwiseMin(core_.high)));
   }
   static int leastLane(const Float4& gaps, unsigned lanes) {
     int least = __builtin_ctz(lanes);

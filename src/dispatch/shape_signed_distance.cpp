@@ -236,9 +236,9 @@ class MeshAndShape {
   /// Upper bound of the coordinates of both bodies, in the frame of either.
   double size() const {
     const ShapeCore& core = shape_.core();
-    const fcl::Vector3d far = core.low.cwiseAbs().cwiseMax(core.high.cwiseAbs());
+    const fcl::Vector3d largest = core.low.cwiseAbs().cwiseMax(core.high.cwiseAbs());
     return mesh_.bounds().aabb_center.norm() + mesh_.bounds().aabb_radius +
-           (core.isBounded() ? far.norm() + core.radius : 0) + to_shape_.T.norm();
+           (core.isBounded() ? largest.norm() + core.radius : 0) + to_shape_.T.norm();
   }
 
   Nearest findNearest() const {

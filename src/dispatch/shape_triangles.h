@@ -32,7 +32,7 @@ struct QueryTriangles {
       : points(view.vertices),
         count(number),
         tf(placement),
-        largest_numbers(center.lpNorm<1>() + 2 * radius) {
+        coordinate_sum(center.lpNorm<1>() + 2 * radius) {
     corners.triangles = view.triangles;
   }
 
@@ -45,7 +45,7 @@ struct QueryTriangles {
   MeshView<double> corners;  ///< without positions
   const int count;
   const fcl::Transform3d tf;
-  const double largest_numbers;  ///< upper bound of |x| + |y| + |z| of the points
+  const double coordinate_sum;  ///< upper bound of |x| + |y| + |z| of the points
 };
 
 /// Triangles of a query and a shape: tests of triangles in the shape's frame.
@@ -87,7 +87,7 @@ class ShapeTriangles {
   /// Rounding errors of all triangles' distances, given the nearest points of one and the shape.
   DistanceRounding rounding(const PointPair<double>& nearest) const {
     return DistanceRounding(2 * nearest.first.lpNorm<1>() + nearest.second.lpNorm<1>() +
-                            4 * triangles_.largest_numbers);
+                            4 * triangles_.coordinate_sum);
   }
   fcl::Vector3d inWorld(const fcl::Vector3d& x) const { return shape_tf_ * x; }
   fcl::Vector3d turnedToWorld(const fcl::Vector3d& direction) const {
@@ -97,18 +97,18 @@ class ShapeTriangles {
  private:
   /// Whether all triangles are at least `least` from the shape along a unit vector in its frame.
   bool areApart(fcl::Vector3d along, double least) const {
-    double reach;
+    double shape_end;
     if (const FlatSolid* const flat = shape_.flat()) {
       const double side = flat->normal().dot(along) < 0 ? -1 : 1;
       along = side * flat->normal();
-      reach = side * flat->offset();
+      shape_end = side * flat->offset();
     } else {
-      reach = along.dot(shape_.support(along));
+      shape_end = along.dot(shape_.support(along));
     }
     const fcl::Vector3d in_mesh = to_shape_.R.transpose() * along;
-    const double from = reach + least - along.dot(to_shape_.T);
-    constexpr int kFew = 32;  // a sample is tested first, because it often decides
-    for (const int stride : {kFew, 1})
+    const double from = shape_end + least - along.dot(to_shape_.T);
+    constexpr int kSampleStride = 32;  // a sample is tested first, because it often decides
+    for (const int stride : {kSampleStride, 1})
       for (int i = 0; i < triangles_.count; i += stride)
         for (const fcl::Vector3d& x : triangles_[i])
           if (!(in_mesh.dot(x) >= from)) return false;
