@@ -32,17 +32,17 @@ class SafeDisplacements {
   void vertexFace(unsigned v, unsigned t) {
     const Int4& b = pair_.second.vertices[t];
     const unsigned a = pair_.first.features->vertices()[v].vertex;
-    share(FeatureKind::VertexFace, {{first(int(a)), second(b[0]), second(b[1]), second(b[2])}});
+    lower(FeatureKind::VertexFace, {{first(int(a)), second(b[0]), second(b[1]), second(b[2])}});
   }
   void faceVertex(unsigned t, unsigned v) {
     const Int4& a = pair_.first.vertices[t];
     const unsigned b = pair_.second.features->vertices()[v].vertex;
-    share(FeatureKind::FaceVertex, {{second(int(b)), first(a[0]), first(a[1]), first(a[2])}});
+    lower(FeatureKind::FaceVertex, {{second(int(b)), first(a[0]), first(a[1]), first(a[2])}});
   }
   void edgeEdge(unsigned e, unsigned f) {
     const unsigned *a = pair_.first.features->edges()[e].vertices,
                    *b = pair_.second.features->edges()[f].vertices;
-    share(FeatureKind::EdgeEdge,
+    lower(FeatureKind::EdgeEdge,
           {{first(int(a[0])), first(int(a[1])), second(int(b[0])), second(int(b[1]))}});
   }
 
@@ -75,27 +75,28 @@ class SafeDisplacements {
   }
 
   /// The distance above which two features do not restrict each other, with a reserve for rounding.
-  double needs(const std::array<Corner, 4>& c, std::size_t firsts) const {
+  double requiredDistance(const std::array<Corner, 4>& c, std::size_t firsts) const {
     double safe[2] = {0, 0};
     for (std::size_t i = 0; i < 4; ++i) safe[i >= firsts] = std::max(safe[i >= firsts], *c[i].safe);
     return (separation_ + safe[0] + safe[1]) * (1 + 1e-9) + 4 * error();
   }
   double error() const { return std::max(pair_.first.error, pair_.second.error); }
 
-  void share(FeatureKind kind, const std::array<Corner, 4>& c) {
+  /// Lowers the displacements of two features to their shares of the distance, less the separation.
+  void lower(FeatureKind kind, const std::array<Corner, 4>& c) {
     const std::size_t firsts = kind == FeatureKind::EdgeEdge ? 2 : 1;
-    const double far = distanceOfBalls(c, firsts);
-    if (far * (1 - 1e-9) > needs(c, firsts) && far > 1e-6 * c[0].start->norm()) return;
-    double moves[2] = {0, 0};
+    const double gap = distanceOfBalls(c, firsts);
+    if (gap * (1 - 1e-9) > requiredDistance(c, firsts) && gap > 1e-6 * c[0].start->norm()) return;
+    double motions[2] = {0, 0};
     for (std::size_t i = 0; i < 4; ++i)
-      moves[i >= firsts] = std::max(moves[i >= firsts], c[i].motion());
+      motions[i >= firsts] = std::max(motions[i >= firsts], c[i].motion());
     const std::array<fcl::Vector3d, 4> at = {*c[0].start, *c[1].start, *c[2].start, *c[3].start};
     const MovingFeatures still(kind, at, at, error());
-    const double room = std::max(0., still.distanceAtStart() - separation_) * (1 - 1e-12);
-    const double sum = moves[0] + moves[1];
-    if (!(sum * (1 + 1e-12) > room)) return;
+    const double allowance = std::max(0., still.distanceAtStart() - separation_) * (1 - 1e-12);
+    const double sum = motions[0] + motions[1];
+    if (!(sum * (1 + 1e-12) > allowance)) return;
     for (std::size_t i = 0; i < 4; ++i)
-      *c[i].safe = std::min(*c[i].safe, room * (moves[i >= firsts] / sum));
+      *c[i].safe = std::min(*c[i].safe, allowance * (motions[i >= firsts] / sum));
   }
 
   const SweptPair& pair_;
@@ -110,23 +111,23 @@ class SweptBoxes {
       : query_(query), frame_(query.first, query.second) {}
 
   /// Boxes around the motion in an interval, padded by half of the separation.
-  SweptPair sweep(const TimeInterval& interval) {
+  SweptPair overInterval(const TimeInterval& interval) {
     return pairAfter([&](SweptTree& tree, const MovingMesh& mesh) {
       tree.refit(mesh, frame_, interval, query_.separation / 2);
     });
   }
-  /// Boxes around displacements of vertices from their starts by up to `of_first` and `of_second`,
-  /// but at most `most`, padded by half of the separation.
-  SweptPair reach(const std::vector<double>& of_first, const std::vector<double>& of_second,
-                  double most) {
+  /// Boxes around all points within displacements of vertices from their starts, at most `most`.
+  SweptPair aroundStarts(const std::vector<double>& of_first, const std::vector<double>& of_second,
+                         double most) {
     return pairAfter([&](SweptTree& tree, const MovingMesh& mesh) {
-      const std::vector<double>& reaches = &mesh == &query_.first ? of_first : of_second;
-      tree.refitToReach(mesh, frame_, reaches, most, query_.separation / 2);
+      const std::vector<double>& radii = &mesh == &query_.first ? of_first : of_second;
+      tree.refitAroundStarts(mesh, frame_, radii, most, query_.separation / 2);
     });
   }
   const SweptFrame& frame() const { return frame_; }
 
  private:
+  /// Refits the trees by refit(tree, mesh), and returns them.
   template <typename Refit>
   SweptPair pairAfter(Refit&& refit) {
     std::array<SweptTree, 2>& trees = *trees_;
@@ -173,7 +174,7 @@ Impact earliestImpact(const ContinuousQuery& query) {
   std::atomic<double> best{1};
   TimeInterval part{0, firstPart(query)};
   for (;;) {
-    const SweptPair pair = boxes.sweep(part);
+    const SweptPair pair = boxes.overInterval(part);
     EarliestImpact<kIsSelf> visitor(pair, boxes.frame(), part, query.separation, best);
     searchFeatures<kIsSelf>(pair, visitor, query.threads);
     if (visitor.impact().happens() || part.end == 1) return visitor.impact();
@@ -183,14 +184,14 @@ Impact earliestImpact(const ContinuousQuery& query) {
 
 /// Lists all candidates and returns the earliest impact, by one traversal if motions are short.
 template <bool kIsSelf>
-Impact listAll(const ContinuousQuery& query, FeaturePairs& pairs) {
+Impact listAndFind(const ContinuousQuery& query, FeaturePairs& pairs) {
   if (firstPart(query) < 1) {
     findCandidates(query, pairs);
     return earliestImpact<kIsSelf>(query);
   }
   SweptBoxes boxes(query);
   std::atomic<double> best{1};
-  const SweptPair pair = boxes.sweep({});
+  const SweptPair pair = boxes.overInterval({});
   const FeatureLists<kIsSelf> lists(query.first, query.second, pairs);
   ListsAndImpact<kIsSelf> visitor(lists, {pair, boxes.frame(), {}, query.separation, best});
   searchFeatures<kIsSelf>(pair, visitor, query.threads);
@@ -223,7 +224,7 @@ MovingFeatures movingFeatures(const MovingMesh& first, const MovingMesh& second,
 
 void findCandidates(const ContinuousQuery& query, FeaturePairs& pairs) {
   SweptBoxes boxes(query);
-  const SweptPair pair = boxes.sweep({});
+  const SweptPair pair = boxes.overInterval({});
   const auto search = [&](auto is_self) {
     constexpr bool kIsSelf = decltype(is_self)::value;
     FeatureLists<kIsSelf> lists(query.first, query.second, pairs);
@@ -257,7 +258,7 @@ Impact findEarliestImpact(const ContinuousQuery& query) {
 }
 
 Impact findEarliestImpact(const ContinuousQuery& query, FeaturePairs& pairs) {
-  return query.isSelf() ? listAll<true>(query, pairs) : listAll<false>(query, pairs);
+  return query.isSelf() ? listAndFind<true>(query, pairs) : listAndFind<false>(query, pairs);
 }
 
 /// Searches near pairs first: they lower most displacements, so that few pairs are left to the last
@@ -278,12 +279,12 @@ void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of
   const auto largest = [](const std::vector<double>& lengths) {
     return lengths.empty() ? 0. : *std::max_element(lengths.begin(), lengths.end());
   };
-  constexpr double kFarther = 4;
-  double reach = std::max(MeanLengths(query.first).edge, MeanLengths(query.second).edge);
-  for (bool is_last = false; !is_last; reach *= kFarther) {
-    is_last = !(reach < std::max(largest(of_first), largest(of_second)) && reach > 0);
-    const SweptPair pair =
-        boxes.reach(of_first, of_second, is_last ? std::numeric_limits<double>::infinity() : reach);
+  constexpr double kGrowth = 4;
+  double limit = std::max(MeanLengths(query.first).edge, MeanLengths(query.second).edge);
+  for (bool is_last = false; !is_last; limit *= kGrowth) {
+    is_last = !(limit < std::max(largest(of_first), largest(of_second)) && limit > 0);
+    const SweptPair pair = boxes.aroundStarts(
+        of_first, of_second, is_last ? std::numeric_limits<double>::infinity() : limit);
     query.isSelf() ? search(std::true_type(), pair) : search(std::false_type(), pair);
   }
 }

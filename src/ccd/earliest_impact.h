@@ -61,7 +61,7 @@ class EarliestImpact {
   }
 
  private:
-  static constexpr unsigned kSize = 256;
+  static constexpr unsigned kBatch = 256;
 
   /// Two owned edges; or an owned vertex and the leaf index of a triangle, with kSwapped if the
   /// triangle is in the first mesh.
@@ -69,13 +69,13 @@ class EarliestImpact {
   static constexpr unsigned kSwapped = 1u << 31;
 
   template <int kFirsts>
-  ADAPTIVE_BVH_INLINE void add(Ref (&refs)[kSize], unsigned& count, const Ref& ref) {
+  ADAPTIVE_BVH_INLINE void add(Ref (&refs)[kBatch], unsigned& count, const Ref& ref) {
     refs[count++] = ref;
-    if (count == kSize) testAll<kFirsts>(refs, count);
+    if (count == kBatch) testAll<kFirsts>(refs, count);
   }
 
   template <int kFirsts>
-  void testAll(Ref (&refs)[kSize], unsigned& count) {
+  void testAll(Ref (&refs)[kBatch], unsigned& count) {
     for (unsigned i = count; i % 4; ++i) refs[i] = refs[count - 1];
     for (unsigned i = 0; i < count; i += 4) {
       unsigned apart = stayApart<kFirsts>(gather<kFirsts>(&refs[i]), limits());
@@ -165,7 +165,7 @@ class EarliestImpact {
   const float scaled_separation_;
   std::atomic<double>& best_;
   Impact impact_;
-  Ref points_[kSize], edges_[kSize];
+  Ref points_[kBatch], edges_[kBatch];
   unsigned num_points_ = 0, num_edges_ = 0;
 };
 

@@ -68,8 +68,8 @@ class FeatureLists {
   static unsigned vertex(const MovingMesh& mesh, unsigned v) {
     return mesh.features->vertices()[v].vertex;
   }
-  static unsigned triangle(const MovingMesh& mesh, unsigned place) {
-    return (*mesh.owners)[place].triangle;
+  static unsigned triangle(const MovingMesh& mesh, unsigned leaf_index) {
+    return (*mesh.owners)[leaf_index].triangle;
   }
 
   const MovingMesh &first_, &second_;

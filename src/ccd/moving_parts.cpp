@@ -25,14 +25,14 @@ class PartAt final : public ConvexSet {
 };
 
 /// By bisection from `from` to `latest`: the largest time found up to which a gap is above
-/// `needed`, as it is at `from`. gap(t): lower bound of the gap. `bend`: bound of its second
-/// derivative; within a time dt it falls at most bend dt^2 / 8 below the smaller end value.
+/// `needed`, as it is at `from`. gap(t): lower bound of the gap. `curvature`: bound of its second
+/// derivative; within a time dt it falls at most curvature dt^2 / 8 below the smaller end value.
 template <typename Gap>
-double lastAbove(const Gap& gap, double bend, double needed, double from, double latest) {
+double lastAbove(const Gap& gap, double curvature, double needed, double from, double latest) {
   constexpr int kMostSteps = 40;
   const double at_start = gap(from);
   const auto isAbove = [&](double t) {
-    return std::min(at_start, gap(t)) - bend * (t - from) * (t - from) / 8 > needed;
+    return std::min(at_start, gap(t)) - curvature * (t - from) * (t - from) / 8 > needed;
   };
   if (isAbove(latest)) return latest;
   double above = from, below = latest;
@@ -50,7 +50,7 @@ constexpr int kMostSteps = 200;
 double timeOfConvexContact(const MovingPart& first, const MovingPart& second, double separation,
                            double latest) {
   const double extent = std::max(first.extent(), second.extent());
-  const double rounding = kRounding * extent, together = separation + kTolerance * extent;
+  const double rounding = kRounding * extent, contact_gap = separation + kTolerance * extent;
   double t = 0;
   for (int step = 0; step < kMostSteps; ++step) {
     const ConvexGap found = convexGap(PartAt(first, t), PartAt(second, t));
@@ -58,7 +58,7 @@ double timeOfConvexContact(const MovingPart& first, const MovingPart& second, do
     const auto gap = [&](double time) {
       return n.dot(first.support(time, -n) - second.support(time, n)) - rounding;
     };
-    if (found.distance <= 0 || !(gap(t) > together)) return t;
+    if (found.distance <= 0 || !(gap(t) > contact_gap)) return t;
     const double next = lastAbove(gap, 0, separation, t, latest);
     if (next == latest) return Impact::kNever;
     if (!(next > t)) return t;
@@ -89,15 +89,15 @@ double timeOfFlatContact(const MovingPart& part, const MovingPart& flat, double 
   if (!is_solid && from.n.dot(part.support(0, from.n)) < from.d)
     for (Plane* plane : {&from, &to}) plane->n = -plane->n, plane->d = -plane->d;
   const double extent = std::max({part.extent(), std::fabs(from.d), std::fabs(to.d)});
-  const double rounding = kRounding * extent, together = separation + kTolerance * extent;
-  const double bend = 2 * (to.n - from.n).norm() * part.largestMotion();
+  const double rounding = kRounding * extent, contact_gap = separation + kTolerance * extent;
+  const double curvature = 2 * (to.n - from.n).norm() * part.largestMotion();
   const auto height = [&](double t) {
     const Vector n = (1 - t) * from.n + t * to.n;
     return n.dot(part.support(t, -n)) - ((1 - t) * from.d + t * to.d) - rounding;
   };
   double t = 0;
-  for (int step = 0; step < kMostSteps && height(t) > together; ++step) {
-    const double next = lastAbove(height, bend, separation, t, latest);
+  for (int step = 0; step < kMostSteps && height(t) > contact_gap; ++step) {
+    const double next = lastAbove(height, curvature, separation, t, latest);
     if (next == latest) return Impact::kNever;
     if (!(next > t)) break;
     t = next;

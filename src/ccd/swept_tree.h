@@ -50,13 +50,12 @@ class SweptTree {
   /// Bound of the rounding error of a coordinate in the frame.
   static constexpr float kPositionError = 1.f / (1 << 22);
 
-  /// Computes all boxes, padded by `grown` on every side, in the unit of the world.
+  /// Computes all boxes, padded by `padding`, in the unit of the world.
   void refit(const MovingMesh& mesh, const SweptFrame& frame, const TimeInterval& interval,
-             double grown);
-  /// Computes the boxes of vertices that move by up to reaches[vertex] from their starts, in any
-  /// direction, but at most by `most`.
-  void refitToReach(const MovingMesh& mesh, const SweptFrame& frame,
-                    const std::vector<double>& reaches, double most, double grown);
+             double padding);
+  /// Computes boxes around all points within min(radii[vertex], most) of the vertices' starts.
+  void refitAroundStarts(const MovingMesh& mesh, const SweptFrame& frame,
+                         const std::vector<double>& radii, double most, double padding);
 
   const WideNode* nodes() const { return nodes_.data(); }
   int size() const { return static_cast<int>(nodes_.size()); }
@@ -77,7 +76,7 @@ class SweptTree {
 
  private:
   void resize(const MovingMesh& mesh);
-  void setMargin(const MovingMesh& mesh, const SweptFrame& frame, double grown);
+  void setMargin(const MovingMesh& mesh, const SweptFrame& frame, double padding);
   void refitNodes(const MovingMesh& mesh);
 
   void refitFeatures(const MovingMesh& mesh, const FeatureLeaves::Leaf& leaf);
