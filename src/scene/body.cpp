@@ -124,11 +124,11 @@ WorldBox boxAround(const Body& body, const fcl::Transform3d& tf, double turn_err
   return box.isBounded() ? enlarged(box, marginOf(box, tf, turn_error)) : box;
 }
 
-void bound(Body& body, double turn_error) {
-  const std::uint64_t positions = body.isMesh() ? body.mesh().version : 0;
-  if (body.isMesh() && body.is_placed && body.positions == positions) return;
-  body.positions = positions;
-  body.is_placed = true;
+void updateBounds(Body& body, double turn_error) {
+  const std::uint64_t version = body.isMesh() ? body.mesh().version : 0;
+  if (body.isMesh() && body.has_current_bounds && body.mesh_version == version) return;
+  body.mesh_version = version;
+  body.has_current_bounds = true;
   if (!body.isMesh()) {
     body.box = boxAround(body, body.tf, turn_error);
     body.middle = (body.box.low + body.box.high) / 2;

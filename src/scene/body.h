@@ -57,8 +57,8 @@ struct Body {
   WorldBox box = {};
   fcl::Vector3d middle = fcl::Vector3d::Zero();  ///< centre of the bounding sphere, in the world
   double radius = 0;
-  bool is_placed = false;       ///< whether the bounds of a mesh are those of `tf`
-  std::uint64_t positions = 0;  ///< MeshState::version of the bounds
+  bool has_current_bounds = false;  ///< whether the bounds of a mesh are those of `tf`
+  std::uint64_t mesh_version = 0;   ///< MeshState::version of the bounds
 
   /// Witness cache: the body that Scene::nearest found last, and the nearest elements of both.
   struct Witness {
@@ -70,7 +70,7 @@ struct Body {
   bool isMesh() const { return geometry.isMesh(); }
   const MeshState& mesh() const { return geometry.mesh(); }
   PlacedMesh placedMesh() const { return {mesh(), tf}; }
-  PlacedMesh inItsFrame() const { return {mesh(), fcl::Transform3d::Identity()}; }
+  PlacedMesh inBodyFrame() const { return {mesh(), fcl::Transform3d::Identity()}; }
   QueryObject object() const { return geometry.at(tf); }
 };
 
@@ -81,6 +81,6 @@ WorldBox boxAround(const Body& body, const fcl::Transform3d& tf, double turn_err
 /// Computes the box and the bounding sphere of a body. Skips a mesh if neither it nor its transform
 /// has changed; shapes and octrees have no version, so their bounds are always computed. The box of
 /// a plane or half-space is unbounded.
-void bound(Body& body, double turn_error);
+void updateBounds(Body& body, double turn_error);
 
 }  // namespace adaptive_bvh

@@ -17,8 +17,8 @@ namespace {
 
 /// Lowers query.result to the distance of two bodies, if it is smaller. `witness`: elements that
 /// may be near, or -1. Returns whether the result has the bodies in reverse order.
-bool lower(const Body& a, const Body& b, const std::array<int, 2>& witness,
-           const DistanceQuery<double>& query) {
+bool lowerDistance(const Body& a, const Body& b, const std::array<int, 2>& witness,
+                   const DistanceQuery<double>& query) {
   if (a.isMesh() && b.isMesh()) {
     const PlacedMesh first(a.placedMesh()), second(b.placedMesh());
     NearestPair nearest(first, second, query);
@@ -44,7 +44,7 @@ bool improve(const Body& a, const Body& b, const std::array<int, 2>& witness,
              SceneDistance<double>& best) {
   const fcl::DistanceRequestd request(true);
   fcl::DistanceResultd result(best.distance);
-  const bool is_swapped = lower(a, b, witness, {request, result});
+  const bool is_swapped = lowerDistance(a, b, witness, {request, result});
   if (!(result.min_distance < best.distance)) return false;
   best.bodies = is_swapped ? BodyPair{b.id, a.id} : BodyPair{a.id, b.id};
   best.distance = result.min_distance;
@@ -72,38 +72,38 @@ bool hasNearLeaf(const Body& mesh, const WorldBox& box, double distance) {
 
 SceneState::Distance SceneState::nearest(BodyId body) {
   requireCurrent();
-  Body& asked = bodies[placeOf(body)];
+  Body& first = bodies[indexOf(body)];
   Distance best;
   const auto tryBody = [&](const Body& other, const std::array<int, 2>& witness) {
-    if (&other != &asked && admits(asked, other)) improve(asked, other, witness, best);
+    if (&other != &first && admits(first, other)) improve(first, other, witness, best);
   };
-  const auto& last = asked.witness;
+  const auto& last = first.witness;
   const bool has_witness = last.exists && contains(last.other);
-  if (has_witness) tryBody(bodies[placeOf(last.other)], last.elements);
+  if (has_witness) tryBody(bodies[indexOf(last.other)], last.elements);
   const auto tryOthers = [&](const Body& other) {
     const double limit = slack(best.distance);
     const bool is_tried = has_witness && other.id == last.other;
-    const bool is_far = asked.isMesh() && !hasNearLeaf(asked, other.box, limit);
+    const bool is_far = first.isMesh() && !hasNearLeaf(first, other.box, limit);
     if (!is_tried && !is_far) tryBody(other, {-1, -1});
     return slack(best.distance);
   };
-  visitByDistance(asked.box, tryOthers);
-  if (best.exists()) asked.witness = {true, best.bodies.second, best.elements};
+  visitByDistance(first.box, tryOthers);
+  if (best.exists()) first.witness = {true, best.bodies.second, best.elements};
   return best;
 }
 
 void SceneState::nearest(BodyId body, std::size_t k, std::vector<Distance>& result) const {
   requireCurrent();
-  const Body& asked = bodies[placeOf(body)];
+  const Body& first = bodies[indexOf(body)];
   result.clear();
   if (k == 0) return;
   const auto tryBody = [&](const Body& other) {
     constexpr double kFar = std::numeric_limits<double>::infinity();
     const bool is_full = result.size() == k;
-    if (&other != &asked && admits(asked, other)) {
+    if (&other != &first && admits(first, other)) {
       Distance found;
       if (is_full) found.distance = std::nextafter(result.back().distance, kFar);
-      if (improve(asked, other, {-1, -1}, found)) {
+      if (improve(first, other, {-1, -1}, found)) {
         if (!is_full || isNearerBody(found, result.back())) {
           if (is_full) result.pop_back();
           result.insert(std::upper_bound(result.begin(), result.end(), found, isNearerBody<double>),
@@ -113,7 +113,7 @@ void SceneState::nearest(BodyId body, std::size_t k, std::vector<Distance>& resu
     }
     return result.size() == k ? slack(result.back().distance) : kFar;
   };
-  visitByDistance(asked.box, tryBody);
+  visitByDistance(first.box, tryBody);
 }
 
 SceneState::Distance SceneState::distance() {
@@ -121,7 +121,7 @@ SceneState::Distance SceneState::distance() {
   Distance best;
   const Distance last = last_nearest;  // a copy, because a filter may call this function
   if (last.exists() && contains(last.bodies.first) && contains(last.bodies.second)) {
-    const Body &a = bodies[placeOf(last.bodies.first)], &b = bodies[placeOf(last.bodies.second)];
+    const Body &a = bodies[indexOf(last.bodies.first)], &b = bodies[indexOf(last.bodies.second)];
     if (admits(a, b)) improve(a, b, last.elements, best);
   }
   for (std::size_t i = 0; i < bodies.size() && !best.exists(); ++i) best = nearest(bodies[i].id);

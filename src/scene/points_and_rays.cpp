@@ -16,8 +16,8 @@ constexpr double kCellRounding = 1e-12;
 void improve(const Body& body, const fcl::Vector3d& x, ScenePoint<double>& best) {
   PointSearch::Nearest nearest;
   nearest.distance = best.distance;
-  const fcl::Vector3d seen = body.tf.linear().transpose() * (x - body.tf.translation());
-  PointSearch(body.mesh()).search(seen, nearest);
+  const fcl::Vector3d in_body = body.tf.linear().transpose() * (x - body.tf.translation());
+  PointSearch(body.mesh()).search(in_body, nearest);
   if (nearest.triangle < 0 || !(nearest.distance < best.distance)) return;
   best = {body.id, nearest.distance, body.tf * nearest.point, nearest.triangle};
 }
@@ -58,9 +58,9 @@ class SceneRay {
 
  private:
   void testMesh(const Body& body) {
-    const fcl::Matrix3d back = body.tf.linear().transpose();
-    const fcl::Vector3d origin = back * (line_.origin - body.tf.translation()),
-                        direction = back * line_.direction;
+    const fcl::Matrix3d to_body = body.tf.linear().transpose();
+    const fcl::Vector3d origin = to_body * (line_.origin - body.tf.translation()),
+                        direction = to_body * line_.direction;
     requireRay(origin, direction);
     RayHit<double> first = {kNone, -1, 0, 0};
     const auto keepFirst = [&](int triangle, const RayTriangle::Hit& hit) -> double {
@@ -89,9 +89,9 @@ class SceneRay {
   }
   /// The first t of the range at which the line crosses a shape's surface; infinite if none does.
   double crossing(const PlacedSolid& placed) const {
-    const fcl::Matrix3d back = placed.tf.linear().transpose();
+    const fcl::Matrix3d to_shape = placed.tf.linear().transpose();
     const LineInterval found = placed.solid.along(
-        {back * (line_.origin - placed.tf.translation()), back * line_.direction});
+        {to_shape * (line_.origin - placed.tf.translation()), to_shape * line_.direction});
     if (found.isEmpty()) return kNone;
     for (const double end : {found.enter, found.leave})
       if (const double t = rounded(end); isIn(t)) return t + 0.;  // not -0

@@ -25,7 +25,7 @@ PlacedMotion motionOf(const Body& body, PlacedMotion::Memory& memory) {
   return {mesh, startOf(mesh).data(), mesh.vertices.data(), body.start_tf, body.tf, memory};
 }
 
-WorldBox around(const WorldBox& a, const WorldBox& b) {
+WorldBox unionOf(const WorldBox& a, const WorldBox& b) {
   return {a.low.cwiseMin(b.low), a.high.cwiseMax(b.high)};
 }
 
@@ -45,7 +45,7 @@ WorldBox sweptBoxOfMesh(const Body& body) {
 
 WorldBox sweptBoxOf(const Body& body, double turn_error) {
   if (body.isMesh()) return sweptBoxOfMesh(body);
-  return body.box.isBounded() ? around(body.box, boxAround(body, body.start_tf, turn_error))
+  return body.box.isBounded() ? unionOf(body.box, boxAround(body, body.start_tf, turn_error))
                               : body.box;
 }
 
@@ -77,7 +77,7 @@ void withTriangles(const Body& body, const WorldBox& other, double separation, c
                                  end = corners(body.tf, mesh.vertices, t);
     WorldBox box{start[0], start[0]};
     for (const auto* points : {&start, &end})
-      for (const fcl::Vector3d& x : *points) box = around(box, {x, x});
+      for (const fcl::Vector3d& x : *points) box = unionOf(box, {x, x});
     if (gapOf(box, other) <= separation)
       found.add(MovingPart(start, end), box, static_cast<unsigned>(i));
   }

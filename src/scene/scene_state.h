@@ -33,7 +33,7 @@ struct SceneState {
   Distance last_nearest;  ///< witness cache: the pair that `distance` found last
 
   /// The index of a body in `bodies`. Throws std::invalid_argument if there is no such body.
-  std::size_t placeOf(BodyId id) const;
+  std::size_t indexOf(BodyId id) const;
   bool contains(BodyId id) const;
   /// Throws std::logic_error if bodies, transforms or meshes have changed since the last update.
   void requireCurrent() const;
@@ -57,11 +57,11 @@ struct SceneState {
   /// `box` (if bounded). `visit` returns the distance beyond which no bodies are needed.
   template <typename Visit>
   void visitByDistance(const WorldBox& box, const Visit& visit) const {
-    for (const unsigned place : unbounded) visit(bodies[place]);
+    for (const unsigned index : unbounded) visit(bodies[index]);
     if (box.isBounded())
       tree.visitByDistance(box, [&](unsigned i, double) { return visit(bodies[in_tree[i]]); });
     else
-      for (const unsigned place : in_tree) visit(bodies[place]);
+      for (const unsigned index : in_tree) visit(bodies[index]);
   }
   /// Finds the admitted pairs of bodies with at least `meshes` meshes whose bounds are at most
   /// `distance` apart, as sorted pairs of indices.
