@@ -1,3 +1,4 @@
+// The functions of continuous_collision.h: check arguments and convert motions to double precision.
 #include "adaptive_bvh/continuous_collision.h"
 
 #include <array>
@@ -10,9 +11,9 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Throws std::invalid_argument on transforms that are not rigid, as PlacedMotion.
+/// Throws std::invalid_argument if a transform is not rigid, and like PlacedMotion.
 template <typename S>
-PlacedMotion placed(const Motion<S>& motion, PlacedMotion::Memory& memory) {
+PlacedMotion placedMotion(const Motion<S>& motion, PlacedMotion::Memory& memory) {
   requireRigid(motion.start_tf);
   requireRigid(motion.end_tf);
   return {stateOf(*motion.mesh),
@@ -23,15 +24,15 @@ PlacedMotion placed(const Motion<S>& motion, PlacedMotion::Memory& memory) {
           memory};
 }
 
-/// Calls ask(query) for two meshes, or one with itself.
-template <typename S, typename Ask>
-auto withQuery(const Motion<S>& first, const Motion<S>* second, double separation, Ask&& ask) {
+/// Returns run(query) for two meshes, or for one mesh and itself if `second` is null.
+template <typename S, typename Run>
+auto withQuery(const Motion<S>& first, const Motion<S>* second, double separation, Run&& run) {
   const Leased<std::array<PlacedMotion::Memory, 2>> memory;
   requireSeparation(separation);
-  const PlacedMotion a(placed(first, (*memory)[0]));
-  if (!second) return ask(a.withItself(separation));
-  const PlacedMotion b(placed(*second, (*memory)[1]));
-  return ask(a.with(b, separation));
+  const PlacedMotion a(placedMotion(first, (*memory)[0]));
+  if (!second) return run(a.withItself(separation));
+  const PlacedMotion b(placedMotion(*second, (*memory)[1]));
+  return run(a.with(b, separation));
 }
 
 void requirePair(const ContinuousQuery& query, FeatureKind kind, const FeaturePair& pair) {

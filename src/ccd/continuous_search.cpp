@@ -12,10 +12,10 @@
 namespace adaptive_bvh {
 namespace {
 
-/// A visitor of FeatureFinder that shares the room between two features among their vertices, in
-/// proportion to how far they move. While a vertex moves by r at most, no point of a feature moves
-/// by more than the largest r of its vertices. What is shared out only becomes less, from how far
-/// each vertex moves.
+/// A visitor of FeatureFinder that computes safe displacements of vertices. It begins with their
+/// motions. For each pair of features, it divides their distance in proportion to their motions,
+/// and lowers the displacements of their vertices to these shares. No point of a feature moves
+/// farther than the largest displacement of its vertices.
 template <bool kIsSelf>
 class SafeDisplacements {
  public:
@@ -23,7 +23,7 @@ class SafeDisplacements {
                     std::vector<double>& of_second)
       : pair_(pair), separation_(separation), first_(of_first), second_(of_second) {}
 
-  /// Where nothing is in the way.
+  /// Sets the displacement of each vertex to the length of its motion.
   static void setToMotion(const MovingMesh& mesh, std::vector<double>& safe) {
     safe.resize(mesh.num_vertices);
     for (unsigned v = 0; v < mesh.num_vertices; ++v) safe[v] = (mesh.end[v] - mesh.start[v]).norm();
@@ -32,17 +32,17 @@ class SafeDisplacements {
   void vertexFace(unsigned v, unsigned t) {
     const Int4& b = pair_.second.vertices[t];
     const unsigned a = pair_.first.features->vertices()[v].vertex;
-    share(FeatureKind::VertexFace, {{first(int(a)), second(b[0]), second(b[1]), second(b[2])}});
+    lower(FeatureKind::VertexFace, {{first(int(a)), second(b[0]), second(b[1]), second(b[2])}});
   }
   void faceVertex(unsigned t, unsigned v) {
     const Int4& a = pair_.first.vertices[t];
     const unsigned b = pair_.second.features->vertices()[v].vertex;
-    share(FeatureKind::FaceVertex, {{second(int(b)), first(a[0]), first(a[1]), first(a[2])}});
+    lower(FeatureKind::FaceVertex, {{second(int(b)), first(a[0]), first(a[1]), first(a[2])}});
   }
   void edgeEdge(unsigned e, unsigned f) {
     const unsigned *a = pair_.first.features->edges()[e].vertices,
                    *b = pair_.second.features->edges()[f].vertices;
-    share(FeatureKind::EdgeEdge,
+    lower(FeatureKind::EdgeEdge,
           {{first(int(a[0])), first(int(a[1])), second(int(b[0])), second(int(b[1]))}});
   }
 
@@ -74,28 +74,29 @@ class SafeDisplacements {
     return (middle[0] - middle[1]).norm() - std::sqrt(radius[0]) - std::sqrt(radius[1]);
   }
 
-  /// What the two may move by now, with some reserve for rounding.
-  double needs(const std::array<Corner, 4>& c, std::size_t firsts) const {
+  /// The distance above which two features do not restrict each other, with a reserve for rounding.
+  double requiredDistance(const std::array<Corner, 4>& c, std::size_t firsts) const {
     double safe[2] = {0, 0};
     for (std::size_t i = 0; i < 4; ++i) safe[i >= firsts] = std::max(safe[i >= firsts], *c[i].safe);
     return (separation_ + safe[0] + safe[1]) * (1 + 1e-9) + 4 * error();
   }
   double error() const { return std::max(pair_.first.error, pair_.second.error); }
 
-  void share(FeatureKind kind, const std::array<Corner, 4>& c) {
+  /// Lowers the displacements of two features to their shares of the distance, less the separation.
+  void lower(FeatureKind kind, const std::array<Corner, 4>& c) {
     const std::size_t firsts = kind == FeatureKind::EdgeEdge ? 2 : 1;
-    const double far = distanceOfBalls(c, firsts);
-    if (far * (1 - 1e-9) > needs(c, firsts) && far > 1e-6 * c[0].start->norm()) return;
-    double moves[2] = {0, 0};
+    const double gap = distanceOfBalls(c, firsts);
+    if (gap * (1 - 1e-9) > requiredDistance(c, firsts) && gap > 1e-6 * c[0].start->norm()) return;
+    double motions[2] = {0, 0};
     for (std::size_t i = 0; i < 4; ++i)
-      moves[i >= firsts] = std::max(moves[i >= firsts], c[i].motion());
+      motions[i >= firsts] = std::max(motions[i >= firsts], c[i].motion());
     const std::array<fcl::Vector3d, 4> at = {*c[0].start, *c[1].start, *c[2].start, *c[3].start};
     const MovingFeatures still(kind, at, at, error());
-    const double room = std::max(0., still.distanceAtStart() - separation_) * (1 - 1e-12);
-    const double sum = moves[0] + moves[1];
-    if (!(sum * (1 + 1e-12) > room)) return;
+    const double allowance = std::max(0., still.distanceAtStart() - separation_) * (1 - 1e-12);
+    const double sum = motions[0] + motions[1];
+    if (!(sum * (1 + 1e-12) > allowance)) return;
     for (std::size_t i = 0; i < 4; ++i)
-      *c[i].safe = std::min(*c[i].safe, room * (moves[i >= firsts] / sum));
+      *c[i].safe = std::min(*c[i].safe, allowance * (motions[i >= firsts] / sum));
   }
 
   const SweptPair& pair_;
@@ -103,29 +104,30 @@ class SafeDisplacements {
   std::vector<double>&first_, &second_;
 };
 
-/// The swept boxes of a query, in memory that the thread keeps.
+/// The trees of swept boxes of a query, in memory of the calling thread.
 class SweptBoxes {
  public:
   explicit SweptBoxes(const ContinuousQuery& query)
       : query_(query), frame_(query.first, query.second) {}
 
-  /// Each grown by half of the separation.
-  SweptPair sweep(const TimeInterval& interval) {
+  /// Boxes around the motion in an interval, padded by half of the separation.
+  SweptPair overInterval(const TimeInterval& interval) {
     return pairAfter([&](SweptTree& tree, const MovingMesh& mesh) {
       tree.refit(mesh, frame_, interval, query_.separation / 2);
     });
   }
-  /// Vertices as far from their starts as `of_first` and `of_second` say, or `most`.
-  SweptPair reach(const std::vector<double>& of_first, const std::vector<double>& of_second,
-                  double most) {
+  /// Boxes around all points within displacements of vertices from their starts, at most `most`.
+  SweptPair aroundStarts(const std::vector<double>& of_first, const std::vector<double>& of_second,
+                         double most) {
     return pairAfter([&](SweptTree& tree, const MovingMesh& mesh) {
-      const std::vector<double>& reaches = &mesh == &query_.first ? of_first : of_second;
-      tree.refitToReach(mesh, frame_, reaches, most, query_.separation / 2);
+      const std::vector<double>& radii = &mesh == &query_.first ? of_first : of_second;
+      tree.refitAroundStarts(mesh, frame_, radii, most, query_.separation / 2);
     });
   }
   const SweptFrame& frame() const { return frame_; }
 
  private:
+  /// Refits the trees by refit(tree, mesh), and returns them.
   template <typename Refit>
   SweptPair pairAfter(Refit&& refit) {
     std::array<SweptTree, 2>& trees = *trees_;
@@ -139,7 +141,7 @@ class SweptBoxes {
   const Leased<std::array<SweptTree, 2>> trees_;
 };
 
-/// Means of some triangles.
+/// Mean lengths of motions and edges, from a sample of the triangles.
 struct MeanLengths {
   double motion = 0, edge = 0;
 
@@ -158,9 +160,8 @@ struct MeanLengths {
   double motionInEdges() const { return motion / std::max(edge, 1e-300); }
 };
 
-/// The first part of the motion that is searched: so short that vertices move by less than an
-/// edge's length. Swept boxes are small then; and once an impact is found nothing later is looked
-/// for.
+/// The end of the interval that is searched first: vertices move by about half an edge in it, so
+/// that swept boxes are small. Intervals after that of an impact are not searched.
 double firstPart(const ContinuousQuery& query) {
   const double motion =
       std::max(MeanLengths(query.first).motionInEdges(), MeanLengths(query.second).motionInEdges());
@@ -173,7 +174,7 @@ Impact earliestImpact(const ContinuousQuery& query) {
   std::atomic<double> best{1};
   TimeInterval part{0, firstPart(query)};
   for (;;) {
-    const SweptPair pair = boxes.sweep(part);
+    const SweptPair pair = boxes.overInterval(part);
     EarliestImpact<kIsSelf> visitor(pair, boxes.frame(), part, query.separation, best);
     searchFeatures<kIsSelf>(pair, visitor, query.threads);
     if (visitor.impact().happens() || part.end == 1) return visitor.impact();
@@ -181,16 +182,16 @@ Impact earliestImpact(const ContinuousQuery& query) {
   }
 }
 
-/// All candidates and, where the whole motion is searched at once, the earliest impact.
+/// Lists all candidates and returns the earliest impact, by one traversal if motions are short.
 template <bool kIsSelf>
-Impact listAll(const ContinuousQuery& query, FeaturePairs& pairs) {
+Impact listAndFind(const ContinuousQuery& query, FeaturePairs& pairs) {
   if (firstPart(query) < 1) {
     findCandidates(query, pairs);
     return earliestImpact<kIsSelf>(query);
   }
   SweptBoxes boxes(query);
   std::atomic<double> best{1};
-  const SweptPair pair = boxes.sweep({});
+  const SweptPair pair = boxes.overInterval({});
   const FeatureLists<kIsSelf> lists(query.first, query.second, pairs);
   ListsAndImpact<kIsSelf> visitor(lists, {pair, boxes.frame(), {}, query.separation, best});
   searchFeatures<kIsSelf>(pair, visitor, query.threads);
@@ -223,7 +224,7 @@ MovingFeatures movingFeatures(const MovingMesh& first, const MovingMesh& second,
 
 void findCandidates(const ContinuousQuery& query, FeaturePairs& pairs) {
   SweptBoxes boxes(query);
-  const SweptPair pair = boxes.sweep({});
+  const SweptPair pair = boxes.overInterval({});
   const auto search = [&](auto is_self) {
     constexpr bool kIsSelf = decltype(is_self)::value;
     FeatureLists<kIsSelf> lists(query.first, query.second, pairs);
@@ -257,11 +258,11 @@ Impact findEarliestImpact(const ContinuousQuery& query) {
 }
 
 Impact findEarliestImpact(const ContinuousQuery& query, FeaturePairs& pairs) {
-  return query.isSelf() ? listAll<true>(query, pairs) : listAll<false>(query, pairs);
+  return query.isSelf() ? listAndFind<true>(query, pairs) : listAndFind<false>(query, pairs);
 }
 
-/// First of what is near: that leaves little to the vertices of most meshes, so that few pairs are
-/// within reach of each other in the end.
+/// Searches near pairs first: they lower most displacements, so that few pairs are left to the last
+/// search, which has no limit.
 void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of_first,
                            std::vector<double>& of_second) {
   SafeDisplacements<false>::setToMotion(query.first, of_first);
@@ -270,7 +271,7 @@ void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of
   const auto search = [&](auto is_self, const SweptPair& pair) {
     constexpr bool kIsSelf = decltype(is_self)::value;
     SafeDisplacements<kIsSelf> displacements(pair, query.separation, of_first, of_second);
-    // On one thread: what it skips depends on the order.
+    // On one thread, because which pairs are skipped depends on the order.
     TriangleSearch<FeatureFinder<kIsSelf, SafeDisplacements<kIsSelf>>>(pair.trees(), displacements,
                                                                        pair)
         .runFromRoots();
@@ -278,12 +279,12 @@ void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of
   const auto largest = [](const std::vector<double>& lengths) {
     return lengths.empty() ? 0. : *std::max_element(lengths.begin(), lengths.end());
   };
-  constexpr double kFarther = 4;
-  double reach = std::max(MeanLengths(query.first).edge, MeanLengths(query.second).edge);
-  for (bool is_last = false; !is_last; reach *= kFarther) {
-    is_last = !(reach < std::max(largest(of_first), largest(of_second)) && reach > 0);
-    const SweptPair pair =
-        boxes.reach(of_first, of_second, is_last ? std::numeric_limits<double>::infinity() : reach);
+  constexpr double kGrowth = 4;
+  double limit = std::max(MeanLengths(query.first).edge, MeanLengths(query.second).edge);
+  for (bool is_last = false; !is_last; limit *= kGrowth) {
+    is_last = !(limit < std::max(largest(of_first), largest(of_second)) && limit > 0);
+    const SweptPair pair = boxes.aroundStarts(
+        of_first, of_second, is_last ? std::numeric_limits<double>::infinity() : limit);
     query.isSelf() ? search(std::true_type(), pair) : search(std::false_type(), pair);
   }
 }

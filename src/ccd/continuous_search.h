@@ -4,8 +4,8 @@
 #include "ccd/swept_tree.h"
 #include "triangles/time_of_impact.h"
 
-// The queries of continuous_collision.h, of any models: `first` and `second` are the same object
-// for one mesh with itself.
+// The queries of continuous_collision.h, in double precision. For one mesh and itself, `first` and
+// `second` are the same object.
 namespace adaptive_bvh {
 
 /// One or two moving meshes, and the parameters of the query.
@@ -17,14 +17,14 @@ struct ContinuousQuery {
   bool isSelf() const { return &first == &second; }
 };
 
-/// The motion of a pair of features, by their numbers, which must exist.
+/// The motion of two features, given by their numbers, which must exist.
 MovingFeatures movingFeatures(const MovingMesh& first, const MovingMesh& second, FeatureKind kind,
                               const FeaturePair& pair);
 
 void findCandidates(const ContinuousQuery& query, FeaturePairs& pairs);
 void findTimes(const ContinuousQuery& query, const FeaturePairs& pairs, ImpactTimes& times);
 Impact findEarliestImpact(const ContinuousQuery& query);
-/// And all candidates.
+/// Also lists all candidates.
 Impact findEarliestImpact(const ContinuousQuery& query, FeaturePairs& pairs);
 void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of_first,
                            std::vector<double>& of_second);

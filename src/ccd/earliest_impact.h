@@ -8,20 +8,20 @@
 
 namespace adaptive_bvh {
 
-/// The earlier of two; of equally early ones that with the smaller numbers.
+/// The order of impacts: by time, then by kind and numbers.
 inline bool isEarlier(const Impact& a, const Impact& b) {
   if (a.time != b.time) return a.time < b.time;
   if (a.kind != b.kind) return a.kind < b.kind;
   return a.pair < b.pair;
 }
 
-/// A visitor of FeatureFinder that looks for the earliest impact. Pairs are collected, and by the
-/// hundred those are left out that surely stay apart up to the earliest impact so far, four at a
-/// time in single precision; of the others the time of impact decides.
+/// A visitor of FeatureFinder that finds the earliest impact. It collects pairs in batches, and
+/// discards those that stay apart until the earliest impact so far: four at a time, in single
+/// precision. For the others it computes the time of impact.
 template <bool kIsSelf>
 class EarliestImpact {
  public:
-  /// `separation`: in the unit of the world. `best`: shared by the threads of a query.
+  /// `separation`: in the unit of the world. `best`: earliest time, shared by a query's threads.
   EarliestImpact(const SweptPair& pair, const SweptFrame& frame, const TimeInterval& interval,
                  double separation, std::atomic<double>& best)
       : pair_(pair),
@@ -61,21 +61,21 @@ class EarliestImpact {
   }
 
  private:
-  static constexpr unsigned kSize = 256;
+  static constexpr unsigned kBatch = 256;
 
-  /// Two owned edges; or an owned vertex and the place of a triangle, with kSwapped where that is
-  /// of the first mesh.
+  /// Two owned edges; or an owned vertex and the leaf index of a triangle, with kSwapped if the
+  /// triangle is in the first mesh.
   using Ref = FeaturePair;
   static constexpr unsigned kSwapped = 1u << 31;
 
   template <int kFirsts>
-  ADAPTIVE_BVH_INLINE void add(Ref (&refs)[kSize], unsigned& count, const Ref& ref) {
+  ADAPTIVE_BVH_INLINE void add(Ref (&refs)[kBatch], unsigned& count, const Ref& ref) {
     refs[count++] = ref;
-    if (count == kSize) testAll<kFirsts>(refs, count);
+    if (count == kBatch) testAll<kFirsts>(refs, count);
   }
 
   template <int kFirsts>
-  void testAll(Ref (&refs)[kSize], unsigned& count) {
+  void testAll(Ref (&refs)[kBatch], unsigned& count) {
     for (unsigned i = count; i % 4; ++i) refs[i] = refs[count - 1];
     for (unsigned i = 0; i < count; i += 4) {
       unsigned apart = stayApart<kFirsts>(gather<kFirsts>(&refs[i]), limits());
@@ -92,7 +92,7 @@ class EarliestImpact {
             std::min(1.f, static_cast<float>(std::max(share, 0.)) * (1 + 1.f / (1 << 20)))};
   }
 
-  /// The corners of a pair: their slots, and of which tree.
+  /// The slots of a pair's four corners, and the trees of the first kFirsts and of the others.
   struct Slots {
     const SweptTree *first, *second;
     unsigned at[4];
@@ -111,6 +111,7 @@ class EarliestImpact {
             {(swapped ? b : a).features->vertices()[ref.first].slot, face[0], face[1], face[2]}};
   }
 
+  /// Loads the corners of four pairs.
   template <int kFirsts>
   ADAPTIVE_BVH_INLINE MovingPairs4 gather(const Ref* refs) const {
     const Slots slots[4] = {slotsOf<kFirsts>(refs[0]), slotsOf<kFirsts>(refs[1]),
@@ -141,6 +142,7 @@ class EarliestImpact {
     }
   }
 
+  /// The kind and the feature numbers of a pair; its time is not computed.
   template <int kFirsts>
   Impact numbersOf(const Ref& ref) const {
     const MovingMesh &a = pair_.first, &b = pair_.second;
@@ -163,11 +165,11 @@ class EarliestImpact {
   const float scaled_separation_;
   std::atomic<double>& best_;
   Impact impact_;
-  Ref points_[kSize], edges_[kSize];
+  Ref points_[kBatch], edges_[kBatch];
   unsigned num_points_ = 0, num_edges_ = 0;
 };
 
-/// Both in one search: lists all pairs, and looks for the earliest impact.
+/// A visitor of FeatureFinder that lists all pairs and finds the earliest impact.
 template <bool kIsSelf>
 class ListsAndImpact {
  public:

@@ -10,7 +10,7 @@
 
 namespace adaptive_bvh {
 
-/// One mesh twice, or two, with their swept boxes.
+/// Two meshes, or one mesh twice, with their trees of swept boxes.
 struct SweptPair {
   const MovingMesh& first;
   const SweptTree& tree1;
@@ -57,7 +57,7 @@ class FeatureLists {
     take(
         tasks, pool, [](const Found& task) -> auto& { return task.worker->sink(); });
   }
-  /// As searchAll says, from listsOf(task).
+  /// As in searchAll; listsOf(task) returns the lists of a task.
   template <typename Found, typename ListsOf>
   void take(const std::vector<Found>& tasks, const TaskPool& pool, const ListsOf& listsOf) {
     joinFeatures(
@@ -68,22 +68,22 @@ class FeatureLists {
   static unsigned vertex(const MovingMesh& mesh, unsigned v) {
     return mesh.features->vertices()[v].vertex;
   }
-  static unsigned triangle(const MovingMesh& mesh, unsigned place) {
-    return (*mesh.owners)[place].triangle;
+  static unsigned triangle(const MovingMesh& mesh, unsigned leaf_index) {
+    return (*mesh.owners)[leaf_index].triangle;
   }
 
   const MovingMesh &first_, &second_;
   FeaturePairs& pairs_;
 };
 
-/// The tests of a TriangleSearch: from pairs of leaves it makes the pairs of features that their
-/// triangles own and whose boxes overlap, each once. Features that share a vertex are left out in
-/// one mesh.
+/// The tests of a TriangleSearch: in pairs of leaves, finds the pairs of features whose boxes
+/// overlap, each once, because each feature is owned by one triangle. In one mesh, features that
+/// share a vertex are left out.
 ///
-///   visitor.vertexFace(v, t)   owned vertex v of the first, and the triangle in place t
-///   visitor.faceVertex(t, v)   a triangle of the first, and an owned vertex of the second
+///   visitor.vertexFace(v, t)   an owned vertex of the first, and the leaf index of a triangle
+///   visitor.faceVertex(t, v)   the leaf index of a triangle of the first, and an owned vertex
 ///   visitor.edgeEdge(e, f)     two owned edges
-///   visitor.finish()           after a walk: what was found and not yet looked at
+///   visitor.finish()           ends a traversal: tests the pairs that are still in a batch
 template <bool kIsSelf, typename Visitor>
 class FeatureFinder {
  public:
@@ -105,7 +105,7 @@ class FeatureFinder {
   }
 
  private:
-  /// All pairs below two leaves.
+  /// Finds the pairs of one feature of each leaf.
   ADAPTIVE_BVH_INLINE void between(const WideNode& a, const WideNode& b) {
     const FeatureLeaves::Leaf &of_a = tree1_.leaf(first_, a), &of_b = tree2_.leaf(second_, b);
     for (unsigned g = 0; g < of_a.vertexGroups(); ++g)
@@ -122,7 +122,7 @@ class FeatureFinder {
       for (unsigned h = 0; h < of_b.edgeGroups(); ++h)
         edges(of_a.edges + g, of_b.edges + h, 0xffff);
   }
-  /// Those within one leaf.
+  /// Finds the pairs within a leaf.
   void within(const WideNode& a) {
     const FeatureLeaves::Leaf& leaf = tree1_.leaf(first_, a);
     for (unsigned g = 0; g < leaf.vertexGroups(); ++g)
@@ -130,7 +130,7 @@ class FeatureFinder {
               [&](unsigned k, unsigned j) {
                 vertexFace(4 * (leaf.vertices + g) + k, unsigned(a.first) + j);
               });
-    constexpr unsigned kUpper = 0x7310;  // the first before the second
+    constexpr unsigned kUpper = 0x7310;  // bits 4 j + i with i < j
     for (unsigned g = 0; g < leaf.edgeGroups(); ++g)
       for (unsigned h = g; h < leaf.edgeGroups(); ++h)
         edges(leaf.edges + g, leaf.edges + h, g == h ? kUpper : 0xffff);
@@ -172,8 +172,7 @@ class FeatureFinder {
   Visitor& visitor_;
 };
 
-/// Lets the visitor see all pairs of features whose swept boxes overlap, on so many threads: a sink
-/// of searchAll.
+/// Calls the visitor, a sink of searchAll, for all pairs of features whose swept boxes overlap.
 template <bool kIsSelf, typename Visitor>
 void searchFeatures(const SweptPair& pair, Visitor& visitor, int threads) {
   searchAll<FeatureFinder<kIsSelf, Visitor>>(threads, pair.trees(), visitor, pair);

@@ -10,7 +10,7 @@ namespace {
 
 using Vector = fcl::Vector3d;
 
-// By so much of the coordinates gaps are smaller, for rounding; so near counts as together.
+// Relative to the coordinates: the rounding error of a gap, and a gap that counts as contact.
 constexpr double kRounding = 1e-14, kTolerance = 1e-12;
 
 /// A part at one time, as a convex set.
@@ -24,15 +24,15 @@ class PartAt final : public ConvexSet {
   const double t_;
 };
 
-/// The largest time found, from `from` to `latest`, up to which a gap is above `needed`, as it is
-/// at `from`. gap(t) is a lower bound of it. Between two times the gap is at least the lesser of
-/// both, less an eighth of `bend` times the squared time between them.
+/// By bisection from `from` to `latest`: the largest time found up to which a gap is above
+/// `needed`, as it is at `from`. gap(t): lower bound of the gap. `curvature`: bound of its second
+/// derivative; within a time dt it falls at most curvature dt^2 / 8 below the smaller end value.
 template <typename Gap>
-double lastAbove(const Gap& gap, double bend, double needed, double from, double latest) {
+double lastAbove(const Gap& gap, double curvature, double needed, double from, double latest) {
   constexpr int kMostSteps = 40;
   const double at_start = gap(from);
   const auto isAbove = [&](double t) {
-    return std::min(at_start, gap(t)) - bend * (t - from) * (t - from) / 8 > needed;
+    return std::min(at_start, gap(t)) - curvature * (t - from) * (t - from) / 8 > needed;
   };
   if (isAbove(latest)) return latest;
   double above = from, below = latest;
@@ -45,12 +45,12 @@ double lastAbove(const Gap& gap, double bend, double needed, double from, double
 
 constexpr int kMostSteps = 200;
 
-/// Along a fixed direction the gap of two such parts is a concave function of time: a point of one
-/// and a point of the other have a linear one, and the gap is the least of these.
+/// Conservative advancement. Along a fixed direction, the gap of two points is linear in time, and
+/// the gap of two parts is the smallest over their points: a concave function of time.
 double timeOfConvexContact(const MovingPart& first, const MovingPart& second, double separation,
                            double latest) {
   const double extent = std::max(first.extent(), second.extent());
-  const double rounding = kRounding * extent, together = separation + kTolerance * extent;
+  const double rounding = kRounding * extent, contact_gap = separation + kTolerance * extent;
   double t = 0;
   for (int step = 0; step < kMostSteps; ++step) {
     const ConvexGap found = convexGap(PartAt(first, t), PartAt(second, t));
@@ -58,7 +58,7 @@ double timeOfConvexContact(const MovingPart& first, const MovingPart& second, do
     const auto gap = [&](double time) {
       return n.dot(first.support(time, -n) - second.support(time, n)) - rounding;
     };
-    if (found.distance <= 0 || !(gap(t) > together)) return t;
+    if (found.distance <= 0 || !(gap(t) > contact_gap)) return t;
     const double next = lastAbove(gap, 0, separation, t, latest);
     if (next == latest) return Impact::kNever;
     if (!(next > t)) return t;
@@ -79,9 +79,9 @@ struct Plane {
   }
 };
 
-/// The height n x - d of a point is a quadratic function of time, whose second derivative is at
-/// most twice the product of the motions of n and x. n is no longer than 1 in between, so that the
-/// height is no more than the distance.
+/// Conservative advancement towards a plane. The height n x - d of a point is quadratic in time;
+/// its second derivative is at most twice the product of the motions of n and x. The interpolated n
+/// is not longer than 1, so the height is a lower bound of the distance.
 double timeOfFlatContact(const MovingPart& part, const MovingPart& flat, double separation,
                          double latest) {
   Plane from(flat.placed(false)), to(flat.placed(true));
@@ -89,15 +89,15 @@ double timeOfFlatContact(const MovingPart& part, const MovingPart& flat, double 
   if (!is_solid && from.n.dot(part.support(0, from.n)) < from.d)
     for (Plane* plane : {&from, &to}) plane->n = -plane->n, plane->d = -plane->d;
   const double extent = std::max({part.extent(), std::fabs(from.d), std::fabs(to.d)});
-  const double rounding = kRounding * extent, together = separation + kTolerance * extent;
-  const double bend = 2 * (to.n - from.n).norm() * part.largestMotion();
+  const double rounding = kRounding * extent, contact_gap = separation + kTolerance * extent;
+  const double curvature = 2 * (to.n - from.n).norm() * part.largestMotion();
   const auto height = [&](double t) {
     const Vector n = (1 - t) * from.n + t * to.n;
     return n.dot(part.support(t, -n)) - ((1 - t) * from.d + t * to.d) - rounding;
   };
   double t = 0;
-  for (int step = 0; step < kMostSteps && height(t) > together; ++step) {
-    const double next = lastAbove(height, bend, separation, t, latest);
+  for (int step = 0; step < kMostSteps && height(t) > contact_gap; ++step) {
+    const double next = lastAbove(height, curvature, separation, t, latest);
     if (next == latest) return Impact::kNever;
     if (!(next > t)) break;
     t = next;
@@ -105,13 +105,13 @@ double timeOfFlatContact(const MovingPart& part, const MovingPart& flat, double 
   return t;
 }
 
-/// Unbounded shapes that are apart are parallel, and meet as soon as one turns.
+/// Two planes or half-spaces that are apart are parallel, and touch as soon as one turns.
 double timeOfUnboundedContact(const MovingPart& first, const MovingPart& second, double separation,
                               double latest, double parallel) {
   const TriangleGap start = gapOf(first.placed(false), second.placed(false), parallel);
   if (!(start.distance > separation)) return 0;
   const Vector n = (start.points.second - start.points.first) / start.distance;
-  double at_end = 0;  // the gap, negative where they overlap
+  double at_end = 0;  // the gap, negative if they overlap
   for (const MovingPart* part : {&first, &second}) {
     const Plane from(part->placed(false)), to(part->placed(true));
     if (from.n.cross(to.n).norm() > parallel) return 0;

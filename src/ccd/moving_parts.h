@@ -8,8 +8,8 @@
 
 namespace adaptive_bvh {
 
-/// A triangle, or a shape, whose points move on straight lines in the world from t = 0 to 1. A
-/// plane and a half-space move with their normal n and offset d in n x = d, which change evenly.
+/// A triangle or shape whose points move on straight lines in the world from t = 0 to 1. The normal
+/// n and the offset d of a plane or half-space n x = d are interpolated linearly.
 class MovingPart {
  public:
   MovingPart(const TrianglePoints<double>& at_start, const TrianglePoints<double>& at_end)
@@ -22,18 +22,18 @@ class MovingPart {
 
   /// The farthest point at time t along a direction.
   fcl::Vector3d support(double t, const fcl::Vector3d& direction) const;
-  /// At least the way of each point.
+  /// Upper bound of the length of each point's motion.
   double largestMotion() const;
-  /// The largest coordinate at the start and the end, not of a flat shape.
+  /// Upper bound of the distance of points from the origin; not for a plane or half-space.
   double extent() const;
 
   const FlatSolid* flat() const { return shape_ ? shape_->flat() : nullptr; }
-  /// At the start, or at the end.
+  /// The shape at the start or the end.
   PlacedSolid placed(bool at_end) const { return {*shape(), at_end ? end_tf_ : start_tf_}; }
 
  private:
   const Solid* shape() const { return box_ ? &*box_ : shape_; }
-  /// At least the distance of each point of the shape from its origin.
+  /// Upper bound of the distance of the shape's points from its origin.
   double radius() const;
 
   TrianglePoints<double> start_, end_;
@@ -42,10 +42,9 @@ class MovingPart {
   fcl::Transform3d start_tf_ = fcl::Transform3d::Identity(), end_tf_ = fcl::Transform3d::Identity();
 };
 
-/// A time up to which two parts are farther apart than a separation: that at which they come so
-/// near, or an earlier one, at which they are nearer than the separation and 1e-12 of their
-/// coordinates; Impact::kNever where they do not come so near up to `latest`. Never late, despite
-/// rounding: docs/bounds.md, 15. `parallel`: as of gapOf.
+/// The time at which the distance of two parts falls to `separation`, or Impact::kNever if it does
+/// not until `latest`. Never late, despite rounding, but it may be early, when the distance is less
+/// than the separation plus 1e-12 of the coordinates: docs/bounds.md, 15. `parallel`: see gapOf.
 double timeOfContact(const MovingPart& first, const MovingPart& second, double separation,
                      double latest, double parallel);
 

@@ -14,15 +14,15 @@ void refuseMotion(const std::string& what) {
 
 namespace {
 
-/// Positions in the world; returns how far they may be from the exact ones.
+/// Transforms positions to the world; returns a bound of their error.
 template <typename S>
-double place(const fcl::Vector3<S>* positions, std::size_t count, const fcl::Transform3d& tf,
-             std::vector<fcl::Vector3d>& world) {
+double toWorld(const fcl::Vector3<S>* positions, std::size_t count, const fcl::Transform3d& tf,
+               std::vector<fcl::Vector3d>& world) {
   world.resize(count);
   const fcl::Matrix3d R = tf.linear();
   const fcl::Vector3d T = tf.translation();
   const bool is_still = R == fcl::Matrix3d::Identity() && T.isZero(0);
-  double largest = 0, sum = 0;  // of a body coordinate; not a number where one is not
+  double largest = 0, sum = 0;  // `sum` is NaN if a coordinate is not finite, else 0
   for (std::size_t i = 0; i < count; ++i) {
     const fcl::Vector3d x = positions[i].template cast<double>();
     world[i] = is_still ? x : fcl::Vector3d(R * x + T);
@@ -44,8 +44,8 @@ PlacedMotion::PlacedMotion(const MeshState& mesh, const fcl::Vector3<S>* start,
                            const fcl::Transform3d& end_tf, Memory& memory)
     : threads_(mesh.query_threads) {
   const std::size_t count = mesh.vertices.size();
-  const double at_start = place(start, count, start_tf, memory.start),
-               at_end = place(end, count, end_tf, memory.end);
+  const double at_start = toWorld(start, count, start_tf, memory.start),
+               at_end = toWorld(end, count, end_tf, memory.end);
   const MeshTopology& topology = *mesh.topology;
   mesh_ = {mesh.tree.nodes(),
            topology.leaves.corners.data(),

@@ -11,20 +11,20 @@ namespace adaptive_bvh {
 
 [[noreturn]] void refuseMotion(const std::string& what);
 
-/// A mesh's part in a query between two positions: its vertices in the world, in double precision.
+/// The motion of a mesh in a query: its vertices at start and end, as doubles in the world.
 class PlacedMotion {
  public:
   struct Memory {
     std::vector<fcl::Vector3d> start, end;
   };
 
-  /// Of positions in either number type. Refers to the mesh and to the memory. Throws
-  /// std::invalid_argument on positions that are not finite, or too large.
+  /// Transforms positions of either number type. Refers to the mesh and to the memory. Throws
+  /// std::invalid_argument if a position is not finite, or too large.
   template <typename S>
   PlacedMotion(const MeshState& mesh, const fcl::Vector3<S>* start, const fcl::Vector3<S>* end,
                const fcl::Transform3d& start_tf, const fcl::Transform3d& end_tf, Memory& memory);
 
-  /// The query of this mesh and another one, or of this mesh with itself. Refers to both.
+  /// The query of this mesh and another one, or itself. Refers to both.
   ContinuousQuery with(const PlacedMotion& second, double separation) const {
     return {mesh_, second.mesh_, separation, std::max(threads_, second.threads_)};
   }

@@ -7,9 +7,9 @@
 namespace adaptive_bvh {
 namespace {
 
-/// At least x; x >= 0.
+/// Returns a float that is at least x; x >= 0.
 float roundedUp(double x) {
-  constexpr double kLargest = 1e20;  // boxes that reach as far overlap everything
+  constexpr double kLargest = 1e20;  // boxes of this size overlap all others
   return static_cast<float>(std::min(x, kLargest)) * (1 + 1.f / (1 << 20));
 }
 
@@ -54,19 +54,19 @@ void SweptTree::resize(const MovingMesh& mesh) {
   edge_boxes_.resize(mesh.features->edges().size() / 4);
 }
 
-/// Positions are off by their rounding, in double and then in single precision, and by what the
-/// mesh's are off.
-void SweptTree::setMargin(const MovingMesh& mesh, const SweptFrame& frame, double grown) {
+/// The margin covers the error of the mesh's positions, their rounding in double and in single
+/// precision, and the padding.
+void SweptTree::setMargin(const MovingMesh& mesh, const SweptFrame& frame, double padding) {
   constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
   const double coordinate = frame.origin.lpNorm<Eigen::Infinity>() + 2 / frame.scale;
   position_error_ = kPositionError + roundedUp(frame.scale * (mesh.error + kRounding * coordinate));
-  margin_ = float4::all(4 * position_error_ + roundedUp(frame.scale * grown));
+  margin_ = float4::all(4 * position_error_ + roundedUp(frame.scale * padding));
 }
 
 void SweptTree::refit(const MovingMesh& mesh, const SweptFrame& frame, const TimeInterval& interval,
-                      double grown) {
+                      double padding) {
   resize(mesh);
-  setMargin(mesh, frame, grown);
+  setMargin(mesh, frame, padding);
   const std::vector<unsigned>& vertices = mesh.slots->vertices();
   const Float4 margin = margin_;
   const double begin = interval.begin, end = interval.end;
@@ -81,16 +81,16 @@ void SweptTree::refit(const MovingMesh& mesh, const SweptFrame& frame, const Tim
   refitNodes(mesh);
 }
 
-void SweptTree::refitToReach(const MovingMesh& mesh, const SweptFrame& frame,
-                             const std::vector<double>& reaches, double most, double grown) {
+void SweptTree::refitAroundStarts(const MovingMesh& mesh, const SweptFrame& frame,
+                                  const std::vector<double>& radii, double most, double padding) {
   resize(mesh);
-  setMargin(mesh, frame, grown);
+  setMargin(mesh, frame, padding);
   const std::vector<unsigned>& vertices = mesh.slots->vertices();
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const double length = std::min(reaches[vertices[i]], most);
-    const Float4 reach = margin_ + float4::all(roundedUp(frame.scale * length));
+    const double length = std::min(radii[vertices[i]], most);
+    const Float4 half_side = margin_ + float4::all(roundedUp(frame.scale * length));
     begins_[i] = ends_[i] = frame(mesh.start[vertices[i]]);
-    boxes_[i] = {begins_[i] - reach, begins_[i] + reach};
+    boxes_[i] = {begins_[i] - half_side, begins_[i] + half_side};
   }
   refitNodes(mesh);
 }

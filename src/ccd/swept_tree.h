@@ -7,11 +7,11 @@
 
 namespace adaptive_bvh {
 
-/// A mesh whose vertices move on straight lines in the world: what a query between two frames
-/// reads, whatever the mesh's numbers are. Owns nothing.
+/// A mesh whose vertices move on straight lines in the world, as a query reads it, whatever the
+/// mesh's number type. Owns nothing.
 struct MovingMesh {
   const WideNode* nodes;  ///< links only; boxes are not read
-  const Int4* vertices;   ///< of triangles, by place in the order of the leaves
+  const Int4* vertices;   ///< of triangles, by leaf index
   const VertexSlots* slots;
   const FeatureOwners* owners;
   const FeatureLeaves* features;
@@ -19,11 +19,11 @@ struct MovingMesh {
   const fcl::Triangle* triangles;    ///< by index
   unsigned num_vertices, num_triangles;
   int num_nodes, depth;
-  double error;  ///< how far a position may be from the exact one
+  double error;  ///< bound of the error of a position
 };
 
-/// The coordinates in which boxes of moving meshes are compared: y = scale (x - origin), with axes
-/// of the world and a power of two that brings the largest coordinate to between 1 and 2.
+/// The coordinates of swept boxes: y = scale (x - origin), along the axes of the world. The scale
+/// is a power of two that brings the largest coordinate to between 1 and 2.
 struct SweptFrame {
   fcl::Vector3d origin;
   double scale;
@@ -37,30 +37,30 @@ struct SweptFrame {
   }
 };
 
-/// A part of the motion.
+/// A part of the motion, which lasts from 0 to 1.
 struct TimeInterval {
   double begin = 0, end = 1;
 };
 
-/// A four-wide tree of boxes in single precision around all that triangles sweep in an interval.
-/// Boxes of two meshes that do not overlap hold triangles that stay farther apart than the minimal
+/// A four-wide tree of swept volumes: boxes in single precision around the motion of triangles in
+/// an interval. If boxes of two meshes do not overlap, their triangles stay farther apart than the
 /// separation: docs/bounds.md, 15.
 class SweptTree {
  public:
-  /// Bounds the error of a component of a position in the frame.
+  /// Bound of the rounding error of a coordinate in the frame.
   static constexpr float kPositionError = 1.f / (1 << 22);
 
-  /// All boxes anew. `grown` is added to them on every side, in the unit of the world.
+  /// Computes all boxes, padded by `padding`, in the unit of the world.
   void refit(const MovingMesh& mesh, const SweptFrame& frame, const TimeInterval& interval,
-             double grown);
-  /// As at the start, but each vertex anywhere within its own of `reaches`, or `most`, the less.
-  void refitToReach(const MovingMesh& mesh, const SweptFrame& frame,
-                    const std::vector<double>& reaches, double most, double grown);
+             double padding);
+  /// Computes boxes around all points within min(radii[vertex], most) of the vertices' starts.
+  void refitAroundStarts(const MovingMesh& mesh, const SweptFrame& frame,
+                         const std::vector<double>& radii, double most, double padding);
 
   const WideNode* nodes() const { return nodes_.data(); }
   int size() const { return static_cast<int>(nodes_.size()); }
 
-  /// What the features of a group sweep (FeatureLeaves). Lanes without one are empty.
+  /// Swept boxes of a group's features (FeatureLeaves). Lanes without a feature are empty.
   const Boxes4& vertexBoxes(unsigned group) const { return vertex_boxes_[group]; }
   const Boxes4& edgeBoxes(unsigned group) const { return edge_boxes_[group]; }
   /// The features of a node that is a leaf.
@@ -68,21 +68,21 @@ class SweptTree {
     return mesh.features->leaves()[static_cast<std::size_t>(node.leaf)];
   }
 
-  /// Its positions at the begin and the end of the interval, by slot.
+  /// Positions at the beginning and the end of the interval, by slot.
   const Float4* begins() const { return begins_.data(); }
   const Float4* ends() const { return ends_.data(); }
-  /// Bounds the error of a component of these.
+  /// Bound of the error of these coordinates.
   float positionError() const { return position_error_; }
 
  private:
   void resize(const MovingMesh& mesh);
-  void setMargin(const MovingMesh& mesh, const SweptFrame& frame, double grown);
+  void setMargin(const MovingMesh& mesh, const SweptFrame& frame, double padding);
   void refitNodes(const MovingMesh& mesh);
 
   void refitFeatures(const MovingMesh& mesh, const FeatureLeaves::Leaf& leaf);
 
   std::vector<WideNode> nodes_;
-  std::vector<Box> boxes_;  ///< what a vertex sweeps, by slot
+  std::vector<Box> boxes_;  ///< swept boxes of vertices, by slot
   std::vector<Boxes4> vertex_boxes_, edge_boxes_;
   std::vector<Float4> begins_, ends_;
   Float4 margin_;

@@ -8,19 +8,18 @@
 
 #include "base/rounding.h"
 
-// How far a volume or a triangle of a mesh lies from a cell of an octree, all in the octree's
-// coordinates. Two bodies are at least as far apart as their projections on any direction. Every
-// bound here is one of projections, so it does not matter how well a direction was computed.
+// Lower bounds of the distance of a volume or triangle of a mesh from a cell of an octree, in the
+// octree's coordinates. Each bound is the gap of the projections on a direction. It is valid for
+// any direction, so the rounding of computed directions does not matter.
 //
-// Rounding. A point of the mesh is off by less than a third of IntoOctree::error. A few operations
-// follow, on the offset of both middles and on both extents. The offset is no larger than both
-// extents and the gap between them. So two things cover the errors of offset and extents: the
-// extents are enlarged by 32 epsilon of the cell's extent and of the mesh's coordinates (in
-// `error`), and a gap is made smaller by 16 epsilon of itself. That leaves the last third of
-// `error` for the test of the triangle.
+// Rounding. The error of a mesh's point is less than a third of IntoOctree::error. A few operations
+// follow, on the offset between both centres and on both extents; the offset is at most the sum of
+// the extents and the gap. The extents are enlarged by 32 epsilon of the cell's extent and of the
+// mesh's coordinates (in `error`), and a gap is reduced by 16 epsilon of itself. Both cover the
+// rounding of offset and extents. The last third of `error` remains for the test of the triangle.
 namespace adaptive_bvh {
 
-/// Takes a mesh's coordinates to an octree's.
+/// Transforms a mesh's coordinates to an octree's.
 class IntoOctree {
  public:
   using Point = fcl::Vector3d;
@@ -32,9 +31,9 @@ class IntoOctree {
   Point point(const Point& p) const { return tf_ * p; }
   Point direction(const Point& v) const { return tf_.linear() * v; }
 
-  /// By how much a body is enlarged for the rounding of its points, here and in the test of a
-  /// triangle: sums of three products with the translations. `coordinate_sum` is at least
-  /// |x| + |y| + |z| of its points in the mesh's coordinates.
+  /// The padding of a body for the rounding of its points, here and in the test of a triangle: sums
+  /// of three products with the translations. `coordinate_sum`: upper bound of |x| + |y| + |z| of
+  /// its points, in the mesh's coordinates.
   double error(double coordinate_sum) const {
     return 32 * rounding::epsilon<double>() * (translations_ + coordinate_sum) +
            rounding::tiny<double>();
@@ -45,7 +44,7 @@ class IntoOctree {
   double translations_;
 };
 
-/// A cell of an octree, which is a cube.
+/// A cell of an octree, which is a cube: its centre, and half its side, rounded up.
 struct CellExtent {
   CellExtent() = default;
   explicit CellExtent(const fcl::AABBd& cell)
@@ -53,36 +52,36 @@ struct CellExtent {
         half((cell.max_ - cell.min_).maxCoeff() * (0.5 + 16 * rounding::epsilon<double>())) {}
 
   fcl::Vector3d middle;
-  double half;  ///< of a side
+  double half;
 };
 
-/// What a body covers along a direction, from a point that is its reference.
+/// The projection of a body on an axis, relative to a reference point of the body.
 struct Projection {
   fcl::Vector3d axis;
-  double middle, half;  ///< of what is covered
-  double cell;          ///< what half a side of a cell covers, in units of that half
+  double middle, half;  ///< of the interval
+  double cell;          ///< half the projection of a cell, in units of half its side
 
-  /// How far the body is from a cell along the axis, `offset` from the reference to its middle.
+  /// The gap to the projection of a cell. `offset`: from the reference point to the cell's centre.
   double gap(const fcl::Vector3d& offset, double half_cell) const {
     return std::abs(axis.dot(offset) - middle) - half - cell * half_cell;
   }
 };
 
-/// A lower bound of a distance from the gaps along three directions at right angles.
+/// A lower bound of a distance from the gaps along three orthogonal directions.
 inline double distanceOfGaps(double x, double y, double z) {
   x = std::max(x, 0.), y = std::max(y, 0.), z = std::max(z, 0.);
   return std::sqrt(x * x + y * y + z * z) * (1 - 16 * rounding::epsilon<double>());
 }
 
-/// All that is within a radius of a parallelepiped, in the coordinates of a mesh.
+/// All points within a radius of a parallelepiped, in the coordinates of a mesh.
 struct SweptBox {
-  fcl::Vector3d middle, half[3];  ///< from the middle to three of its faces
+  fcl::Vector3d middle, half[3];  ///< centre, and vectors from it to three faces
   double radius;
   fcl::Matrix3d axes;
-  double coordinate_sum;  ///< at least |x| + |y| + |z| of its points
+  double coordinate_sum;  ///< upper bound of |x| + |y| + |z| of its points
 };
 
-/// What a volume or a box covers along the octree's axes and its own.
+/// The projections of a volume on the octree's axes and on its own.
 class VolumeInOctree {
  public:
   using Point = fcl::Vector3d;
@@ -102,7 +101,7 @@ class VolumeInOctree {
     }
   }
 
-  /// True: they have no point in common.
+  /// Whether a projection separates the volume from a cell.
   bool isApart(const CellExtent& cell) const {
     const Point offset = cell.middle - middle_;
     if ((offset.cwiseAbs() - half_).maxCoeff() > cell.half) return true;
@@ -111,7 +110,7 @@ class VolumeInOctree {
     return false;
   }
 
-  /// A lower bound of the distance, below 0 when the projections overlap.
+  /// A lower bound of the distance, below 0 if all projections overlap.
   double distance(const CellExtent& cell) const {
     const Point offset = cell.middle - middle_;
     const Point gap = offset.cwiseAbs() - half_ - Point::Constant(cell.half);
@@ -127,7 +126,7 @@ class VolumeInOctree {
   std::array<Projection, 3> own_;
 };
 
-/// The corners of a triangle from the middle of the box around them, and that box.
+/// The bounding box of a triangle, and the corners relative to its centre.
 class TriangleInOctree {
  public:
   using Point = fcl::Vector3d;
@@ -142,7 +141,7 @@ class TriangleInOctree {
     for (Point& corner : corners_) corner -= middle_;
   }
 
-  /// From the middle of the box to that of a cell.
+  /// From the centre of the box to that of a cell.
   Point offset(const CellExtent& cell) const { return cell.middle - middle_; }
   /// Gaps along the octree's axes.
   Point gaps(const Point& offset, double half_cell) const {
@@ -153,7 +152,7 @@ class TriangleInOctree {
       return (corner - offset).cwiseAbs().maxCoeff() <= half_cell;
     });
   }
-  /// From corner k to the next, in units of the box: products of them neither over- nor underflow.
+  /// From corner k to the next, in units of the box: products of edges do not over- or underflow.
   Point edge(std::size_t k) const {
     return (corners_[(k + 1) % 3] - corners_[k]) / half_.maxCoeff();
   }
@@ -172,8 +171,8 @@ class TriangleInOctree {
   Point middle_, half_;
 };
 
-/// Separating axes of triangles and cells: along the octree's axes, the triangle's normal, and the
-/// products of its edges with the axes. Two that are apart are so along one of these.
+/// Separating axis test of a triangle and cells. If both are disjoint, one of these axes separates
+/// them: the octree's axes, the triangle's normal, and the products of its edges with the axes.
 class TriangleOverlap : private TriangleInOctree {
  public:
   using Point = fcl::Vector3d;
@@ -208,8 +207,8 @@ class TriangleOverlap : private TriangleInOctree {
   bool prepared_ = false;
 };
 
-/// Lower bounds of the distance of a triangle and cells: along the octree's axes together, and
-/// along the normal together with what stands at right angles to it and to an edge.
+/// Lower bounds of the distance of a triangle and cells: from the gaps along the octree's axes, and
+/// from the gaps along the normal and across an edge in the triangle's plane.
 class TriangleDistance : private TriangleInOctree {
  public:
   using Point = fcl::Vector3d;
@@ -222,7 +221,7 @@ class TriangleDistance : private TriangleInOctree {
       beside_[k] = this->along(unitOrZero(normal.cross(this->edge(k))));
   }
 
-  /// Below 0 when the projections overlap.
+  /// Below 0 if all projections overlap.
   double distance(const CellExtent& cell) const {
     const Point offset = this->offset(cell), gap = this->gaps(offset, cell.half);
     const double above = normal_.gap(offset, cell.half);
@@ -234,7 +233,7 @@ class TriangleDistance : private TriangleInOctree {
   }
 
  private:
-  /// Zero where the length is lost to underflow; all bodies overlap along that.
+  /// The direction of v; zero, along which all bodies overlap, if its length underflows.
   static Point unitOrZero(const Point& v) {
     const double length = v.norm();
     return length > rounding::tiny<double>() ? Point(v / length) : Point::Zero();

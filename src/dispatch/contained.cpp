@@ -6,7 +6,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The contact of a point inside of a mesh: how it gets out at the nearest point of the surface.
+/// The contact of a point inside a mesh: the translation to the nearest point of the surface.
 class InsideContact {
  public:
   InsideContact(const PlacedMesh& around, const fcl::Vector3d& x, MeshTarget& target)
@@ -17,12 +17,12 @@ class InsideContact {
   }
 
   int nearestTriangle() const { return point_.witness; }
-  /// `sign`: 1 where the point moves along the normal to get out, -1 where the mesh does.
+  /// Sets the contact's fields. `sign`: 1 if the mesh is the first object, -1 if it is the second.
   void describe(double sign, fcl::Contactd& contact) const {
     constexpr double kShort = 1e-8;
-    const fcl::Vector3d way = bounds_.nearest - point_.x;
+    const fcl::Vector3d path = bounds_.nearest - point_.x;
     const bool is_short = !(point_.distance > kShort * point_.x.norm());
-    const fcl::Vector3d out = is_short ? bounds_.outward : fcl::Vector3d(way / way.norm());
+    const fcl::Vector3d out = is_short ? bounds_.outward : fcl::Vector3d(path / path.norm());
     contact.pos = tf_ * point_.x;
     contact.normal = (sign * (tf_.linear() * out)).normalized();
     contact.penetration_depth = point_.distance;
@@ -40,7 +40,7 @@ void add(fcl::Contactd contact, const InsideContact& inside, double sign,
   query.result.addContact(contact);
 }
 
-/// Calls visit(x, target) where a shape is inside of a mesh, with a point of it.
+/// Calls visit(x, target) if a shape is inside a mesh, with a point of the shape.
 template <typename Visit>
 void visitShapeInside(const PlacedSolid& shape, const PlacedMesh& around, const Visit& visit) {
   if (shape.solid.flat()) return;

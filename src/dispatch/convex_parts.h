@@ -13,19 +13,19 @@
 
 namespace adaptive_bvh {
 
-/// A shape, or a cell of an octree as a box, where it is in the world.
+/// A shape, or a cell of an octree as a box, and its pose.
 struct ConvexPart {
   PlacedSolid placed;
-  std::intptr_t id;  ///< FCL's number of the cell; -1 of a shape
+  std::intptr_t id;  ///< FCL's number of the cell; -1 for a shape
 };
 
-/// A ball around a cell and all that is in it, in the world.
+/// A bounding sphere of a cell, in the world.
 struct CellBall {
   fcl::Vector3d middle;
   double radius;
 };
 
-/// A lower bound of the distance of a shape from what is in a ball, despite rounding.
+/// A lower bound of the distance of a shape from the content of a ball, despite rounding.
 inline double boundOf(const PlacedSolid& shape, const CellBall& ball) {
   constexpr double kRounding = 1e-12;
   const fcl::Vector3d from = ball.middle - shape.tf.translation();
@@ -33,10 +33,10 @@ inline double boundOf(const PlacedSolid& shape, const CellBall& ball) {
          kRounding * (ball.radius + from.norm() + shape.tf.translation().norm());
 }
 
-/// The convex parts of a body in its place: a shape, or the occupied cells of an octree.
+/// The convex parts of a body, and its pose: a shape, or the occupied cells of an octree.
 class ConvexParts {
  public:
-  /// Of FCL's geometry in either number type, to which it refers.
+  /// Refers to FCL's shape or octree, of either number type.
   template <typename S>
   ConvexParts(const fcl::CollisionGeometry<S>& geometry, const fcl::Transform3d& tf) : tf_(tf) {
 #if FCL_HAVE_OCTOMAP
@@ -49,17 +49,15 @@ class ConvexParts {
   }
 
   bool isOctree() const { return !shape_; }
-  /// Of one that is no octree.
-  const ShapeSolid& shape() const { return *shape_; }
+  const ShapeSolid& shape() const { return *shape_; }  ///< for a shape only
 #if FCL_HAVE_OCTOMAP
-  /// Of an octree.
-  const OctreeCells& cells() const { return *cells_; }
+  const OctreeCells& cells() const { return *cells_; }  ///< for an octree only
 #endif
   const fcl::Transform3d& tf() const { return tf_; }
 
-  /// Calls visit(part) for the shape, or for the cells with bound(ball) <= limit() for their balls
-  /// and those of all cells around them, the nearest first in each, until it returns true. Returns
-  /// whether it did.
+  /// Calls visit(part) for the shape, or for the cells, until it returns true; returns whether it
+  /// did. Visits the children of a cell in order of bound(ball) of their bounding spheres, and
+  /// skips those for which it exceeds limit().
   template <typename BoundOf, typename Limit, typename Visit>
   bool visit(const BoundOf& bound, const Limit& limit, const Visit& visit) const {
     if (shape_) return visit(ConvexPart{{**shape_, tf_}, -1});
@@ -72,7 +70,7 @@ class ConvexParts {
 
  private:
 #if FCL_HAVE_OCTOMAP
-  /// The nearest children first.
+  /// Visits the cells below a cell; returns whether `visit` returned true.
   template <typename BoundOf, typename Limit, typename Visit>
   bool descend(const Cell& cell, const BoundOf& bound, const Limit& limit,
                const Visit& visit) const {
@@ -80,7 +78,7 @@ class ConvexParts {
     std::array<std::pair<double, Cell>, 8> children;
     std::size_t count = 0;
     cells_->forEachChild(cell, [&](const Cell& child) {
-      // The rotation is one up to an error.
+      // The radius has a reserve for the error of the rotation.
       children[count++] = {bound(CellBall{tf_ * child.middle(), 1.01 * child.half().norm()}),
                            child};
       return false;

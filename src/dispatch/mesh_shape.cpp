@@ -1,3 +1,4 @@
+// isNearer of a mesh and a shape: a search for the distance with an upper bound.
 #include "dispatch/contained.h"
 #include "dispatch/shape_search.h"
 

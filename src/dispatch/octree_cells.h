@@ -10,7 +10,7 @@
 
 namespace adaptive_bvh {
 
-/// A cell of an octree and where it is, in the octree's coordinates.
+/// A cell of an octree, and its box in the octree's coordinates.
 struct Cell {
   Cell() = default;
   Cell(const octomap::OcTreeNode* cell, const fcl::AABBd& where)
@@ -24,13 +24,12 @@ struct Cell {
   CellExtent extent;
 };
 
-/// The occupied cells of an octree of FCL's in either number type: boxes in double precision from
-/// the root's on.
+/// The occupied cells of an FCL octree of either number type, with boxes in double precision.
 class OctreeCells {
-  /// What a question answers about the octree.
-  template <typename Question>
-  auto ask(const Question& question) const {
-    return single_ ? question(*single_) : question(*double_);
+  /// Returns function(octree), for either number type of the octree.
+  template <typename Function>
+  auto withOctree(const Function& function) const {
+    return single_ ? function(*single_) : function(*double_);
   }
 
  public:
@@ -40,7 +39,7 @@ class OctreeCells {
       : double_(static_cast<const fcl::OcTreed*>(&octree)) {}
 
   fcl::AABBd rootBox() const {
-    return ask([](const auto& octree) -> fcl::AABBd {
+    return withOctree([](const auto& octree) -> fcl::AABBd {
       const auto box = octree.getRootBV();
       return {box.min_.template cast<double>(), box.max_.template cast<double>()};
     });
@@ -51,11 +50,10 @@ class OctreeCells {
     if (const Node* node = root(); node && isOccupied(node)) start(Cell(node, rootBox()));
   }
   bool isLeaf(const Cell& cell) const {
-    return ask([&](const auto& octree) { return !octree.nodeHasChildren(cell.node); });
+    return withOctree([&](const auto& octree) { return !octree.nodeHasChildren(cell.node); });
   }
 
-  /// Calls visit(cell) for the occupied children of a cell, until it returns true, and returns
-  /// whether it did.
+  /// Calls visit(child) for the occupied children until it returns true; returns whether it did.
   template <typename Visit>
   bool forEachChild(const Cell& cell, Visit&& visit) const {
     for (unsigned i = 0; i < 8; ++i) {
@@ -75,13 +73,13 @@ class OctreeCells {
   using Node = octomap::OcTreeNode;
 
   const Node* root() const {
-    return ask([](const auto& octree) -> const Node* { return octree.getRoot(); });
+    return withOctree([](const auto& octree) -> const Node* { return octree.getRoot(); });
   }
   bool isOccupied(const Node* node) const {
-    return ask([&](const auto& octree) { return octree.isNodeOccupied(node); });
+    return withOctree([&](const auto& octree) { return octree.isNodeOccupied(node); });
   }
   const Node* occupiedChild(const Node* node, unsigned i) const {
-    return ask([&](const auto& octree) -> const Node* {
+    return withOctree([&](const auto& octree) -> const Node* {
       if (!octree.nodeChildExists(node, i)) return nullptr;
       const Node* const child = octree.getNodeChild(node, i);
       return octree.isNodeOccupied(child) ? child : nullptr;

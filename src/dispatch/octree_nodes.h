@@ -5,29 +5,28 @@
 
 namespace adaptive_bvh {
 
-/// A node of a tree over the triangles of a mesh: a node of FCL's, or a lane of a wide node; lane
-/// -1: all of it.
+/// A node of a tree over a mesh's triangles: an FCL node, or one lane (or -1: all) of a wide node.
 struct MeshNode {
   int node = 0, lane = -1;
 };
 
-/// A tree over the triangles of a mesh, as a search with an octree sees it.
+/// The interface of a tree over the triangles of a mesh, for searches with an octree.
 class MeshNodes {
  public:
   virtual ~MeshNodes() = default;
   virtual bool isLeaf(MeshNode node) const = 0;
   virtual int triangle(MeshNode leaf) const = 0;
   virtual SweptBox body(MeshNode node) const = 0;
-  /// As FCL compares it with that of a cell.
+  /// The size of a node's volume, which is compared with that of a cell as in FCL.
   virtual double size(MeshNode node) const = 0;
-  /// Stores the nodes below, and returns how many.
+  /// Stores the children of a node, and returns their number.
   virtual int below(MeshNode node, MeshNode (&nodes)[4]) const = 0;
   virtual void recordVisit(MeshNode) const {}
-  /// What the query did: tests of nodes and cells, and of triangles and cells.
+  /// Receives the numbers of tests: of nodes with cells, and of triangles with cells.
   virtual void recordTests(std::size_t, std::size_t) const {}
 };
 
-/// The boxes of a mesh's four-wide tree.
+/// The nodes of a mesh's four-wide tree.
 class WideNodes final : public MeshNodes {
  public:
   explicit WideNodes(const WideTree& tree) : tree_(tree), axes_(tree.coordinates().axes()) {}
@@ -48,7 +47,7 @@ class WideNodes final : public MeshNodes {
       body.middle += axes_.col(k) * (unit * double(center[k]));
       body.half[k] = axes_.col(k) * (unit * double(half[k]));
     }
-    // Coordinates in the tree are below 2; three times those, for they were rounded here.
+    // Coordinates in the tree are below 2, so that |x| + |y| + |z| < 6; times 3, for rounding.
     body.coordinate_sum = tree_.origin().lpNorm<1>() + 18 * unit;
     return body;
   }

@@ -11,13 +11,13 @@
 
 namespace adaptive_bvh {
 
-/// An octree where it is in the world.
+/// An octree, and its pose.
 struct PlacedOctree {
   OctreeCells cells;
   fcl::Transform3d tf;
 };
 
-/// What both queries need of a mesh and an octree.
+/// A mesh and an octree: bounds and tests in the octree's coordinates. Counts the tests.
 class MeshOctreePair {
  public:
   MeshOctreePair(const QueryTriangles& mesh, const MeshNodes& nodes, const PlacedOctree& octree)
@@ -33,14 +33,14 @@ class MeshOctreePair {
   const OctreeCells& octree() const { return octree_.cells; }
   const MeshNodes& nodes() const { return nodes_; }
 
-  /// Whether of a cell and an inner node the cell is split. Chooses as FCL does.
-  bool goesDownTheOctree(const Cell& cell, MeshNode node) const {
+  /// Whether a search descends in the octree instead of below an inner node. FCL's rule.
+  bool descendsInOctree(const Cell& cell, MeshNode node) const {
     return !octree().isLeaf(cell) && cell.box.size() > nodes_.size(node);
   }
 
   VolumeInOctree volume(MeshNode node) const { return {nodes_.body(node), into_octree_}; }
 
-  /// The triangle of a leaf, as Bound.
+  /// The triangle of a leaf, as a TriangleOverlap or a TriangleDistance.
   template <typename Bound>
   Bound triangle(MeshNode leaf) const {
     const TrianglePoints<double> x = triangles_[nodes_.triangle(leaf)];
@@ -49,8 +49,8 @@ class MeshOctreePair {
 
   void addTest() { ++node_tests_; }
 
-  /// A cell and a triangle, seen from the middle of the cell.
-  class LeafPair {
+  /// A cell and a triangle, in the octree's axes, relative to the centre of the cell.
+  class CellAndTriangle {
    public:
     TriangleGap gap() const { return box_.gap(corners_); }
     bool touches(ShapeContact& contact) const { return box_.touches(corners_, contact); }
@@ -61,8 +61,8 @@ class MeshOctreePair {
 
    private:
     friend class MeshOctreePair;
-    LeafPair(const Cell& cell, const TrianglePoints<double>& corners,
-             const fcl::Transform3d& octree_tf)
+    CellAndTriangle(const Cell& cell, const TrianglePoints<double>& corners,
+                    const fcl::Transform3d& octree_tf)
         : middle_(cell.middle()), box_(cell.half()), corners_(corners), octree_tf_(octree_tf) {
       for (fcl::Vector3d& x : corners_) x -= middle_;
     }
@@ -72,10 +72,11 @@ class MeshOctreePair {
     TrianglePoints<double> corners_;
     const fcl::Transform3d& octree_tf_;
   };
-  LeafPair leafPair(const Cell& cell, int triangle) {
+  CellAndTriangle cellAndTriangle(const Cell& cell, int triangle) {
     ++leaf_tests_;
     const TrianglePoints<double> x = triangles_[triangle];
-    return LeafPair(cell, {to_octree_(x[0]), to_octree_(x[1]), to_octree_(x[2])}, octree_.tf);
+    return CellAndTriangle(cell, {to_octree_(x[0]), to_octree_(x[1]), to_octree_(x[2])},
+                           octree_.tf);
   }
 
  private:
@@ -87,8 +88,7 @@ class MeshOctreePair {
   std::size_t node_tests_ = 0, leaf_tests_ = 0;
 };
 
-/// The distance of triangles and an octree, in query.result, without objects; the octree is the
-/// first.
+/// Lowers query.result to the distance of an octree (first object) and triangles. Sets no objects.
 void distanceToOctree(const QueryTriangles& mesh, const MeshNodes& nodes,
                       const PlacedOctree& octree, const DistanceQuery<double>& query);
 

@@ -1,3 +1,4 @@
+// Searches for pairs of an octree's cell and a triangle, by descending in both trees.
 #include <algorithm>
 #include <array>
 #include <utility>
@@ -9,8 +10,7 @@ namespace adaptive_bvh {
 namespace {
 
 /// Calls test(cell, triangle) for the pairs of an occupied cell and a triangle that may overlap,
-/// until it returns true. By FCL's nodes in FCL's order, so that a request for few contacts gets
-/// those of FCL.
+/// until it returns true. FCL's order for FCL's nodes, so that few contacts are the same as FCL's.
 template <typename Test>
 class OverlappingCells {
  public:
@@ -38,7 +38,7 @@ class OverlappingCells {
   }
 
   bool descend(const Cell& cell, MeshNode node, VolumeInOctree& volume) {
-    if (pair_.goesDownTheOctree(cell, node)) return descendOctree(cell, node, volume);
+    if (pair_.descendsInOctree(cell, node)) return descendOctree(cell, node, volume);
     MeshNode below[4];
     const int count = pair_.nodes().below(node, below);
     return std::any_of(below, below + count, [&](MeshNode at) { return visitNode(cell, at); });
@@ -62,7 +62,7 @@ class OverlappingCells {
 };
 
 /// Calls test(cell, triangle) for the pairs of an occupied cell and a triangle that may be nearer
-/// than limit, the nearer ones first, until it returns true.
+/// than `limit`, until it returns true. Visits nearest children first.
 template <typename Test>
 class NearestCells {
  public:
@@ -72,17 +72,17 @@ class NearestCells {
   void operator()(const Cell& root) { visitNode(root, MeshNode()); }
 
  private:
-  /// What is below a cell or a node, and how far off it is.
-  template <typename Part, int kMost>
-  struct Parts {
-    std::array<std::pair<double, Part>, std::size_t(kMost)> parts;
+  /// The children of a cell or node, with lower bounds of their distances.
+  template <typename Child, int kMost>
+  struct Children {
+    std::array<std::pair<double, Child>, std::size_t(kMost)> entries;
     std::size_t count = 0;
 
-    void add(double distance, const Part& part) { parts[count++] = {distance, part}; }
-    /// The nearest first, while they are nearer than limit.
+    void add(double distance, const Child& child) { entries[count++] = {distance, child}; }
+    /// Visits children nearer than `limit`, nearest first, until `visit` returns true.
     template <typename Visit>
     bool forEach(const double& limit, const Visit& visit) {
-      for (auto *next = parts.data(), *end = next + count; next != end; ++next) {
+      for (auto *next = entries.data(), *end = next + count; next != end; ++next) {
         std::iter_swap(next, std::min_element(next, end, [](const auto& x, const auto& y) {
                          return x.first < y.first;
                        }));
@@ -107,17 +107,17 @@ class NearestCells {
   }
 
   bool descend(const Cell& cell, MeshNode node, const VolumeInOctree& volume) {
-    if (pair_.goesDownTheOctree(cell, node)) return descendOctree(cell, node, volume);
+    if (pair_.descendsInOctree(cell, node)) return descendOctree(cell, node, volume);
     MeshNode nodes[4];
     const int count = pair_.nodes().below(node, nodes);
-    Parts<MeshNode, 4> below;
+    Children<MeshNode, 4> below;
     for (int i = 0; i < count; ++i) below.add(distance(cell, pair_.volume(nodes[i])), nodes[i]);
     return below.forEach(limit_, [&](MeshNode child) { return visitNode(cell, child); });
   }
 
   template <typename Bound>
   bool descendOctree(const Cell& cell, MeshNode node, const Bound& bound) {
-    Parts<Cell, 8> children;
+    Children<Cell, 8> children;
     pair_.octree().forEachChild(cell, [&](const Cell& child) {
       children.add(distance(child, bound), child);
       return false;
@@ -144,18 +144,18 @@ void distanceToOctree(const QueryTriangles& mesh, const MeshNodes& nodes,
   fcl::DistanceResultd& result = query.result;
   MeshOctreePair pair(mesh, nodes, octree);
   const auto test = [&](const Cell& cell, int triangle) {
-    const auto leaves = pair.leafPair(cell, triangle);
-    const TriangleGap gap = leaves.gap();
+    const auto tested = pair.cellAndTriangle(cell, triangle);
+    const TriangleGap gap = tested.gap();
     result.update(gap.distance, nullptr, nullptr, octree.cells.id(cell), triangle,
-                  leaves.inWorld(gap.points.second), leaves.inWorld(gap.points.first));
+                  tested.inWorld(gap.points.second), tested.inWorld(gap.points.first));
     return query.isSatisfied();
   };
-  // When bodies touch, any pair that touches is the answer: it is searched first.
-  const auto once = [&](const Cell& cell, int triangle) {
+  // The first pair that may overlap gives an upper bound, and is the answer if it touches.
+  const auto testFirst = [&](const Cell& cell, int triangle) {
     test(cell, triangle);
     return true;
   };
-  octree.cells.visitRoot(OverlappingCells<decltype(once)>(pair, once));
+  octree.cells.visitRoot(OverlappingCells<decltype(testFirst)>(pair, testFirst));
   if (!query.isSatisfied())
     octree.cells.visitRoot(NearestCells<decltype(test)>(pair, result.min_distance, test));
 }
@@ -166,15 +166,15 @@ void collideWithOctree(const QueryTriangles& mesh, const MeshNodes& nodes,
   if (query.isSatisfied() || !o2.isOccupied()) return;
   MeshOctreePair pair(mesh, nodes, octree);
   const auto test = [&](const Cell& cell, int triangle) {
-    const auto leaves = pair.leafPair(cell, triangle);
+    const auto tested = pair.cellAndTriangle(cell, triangle);
     ShapeContact found;
     const bool touches =
-        query.request.enable_contact ? leaves.touches(found) : leaves.gap().distance <= 0;
+        query.request.enable_contact ? tested.touches(found) : tested.gap().distance <= 0;
     if (!touches) return false;
     fcl::Contactd contact(&o1, &o2, octree.cells.id(cell), triangle);
     if (query.request.enable_contact) {
-      contact.pos = leaves.inWorld(found.position);
-      contact.normal = leaves.turnedToWorld(-found.normal);  // from the octree to the mesh
+      contact.pos = tested.inWorld(found.position);
+      contact.normal = tested.turnedToWorld(-found.normal);  // from the octree to the mesh
       contact.penetration_depth = found.depth;
     }
     query.result.addContact(contact);

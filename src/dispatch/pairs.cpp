@@ -10,13 +10,13 @@
 namespace adaptive_bvh {
 namespace {
 
-using Reported = fcl::CollisionGeometryd;  ///< an object that contacts name
+using Reported = fcl::CollisionGeometryd;  ///< an object that contacts refer to
 
 void distanceOfMeshes(const QueryObject& a, const QueryObject& b,
                       const DistanceQuery<double>& query) {
   NearestPair nearest(a.mesh(), b.mesh(), query);
-  constexpr int kMany = 1024;  // else it takes as long as it gains
-  if (a.mesh().mesh.numTriangles() + b.mesh().mesh.numTriangles() > kMany) {
+  constexpr int kMinTriangles = 1024;  // for fewer triangles closeTriangles costs what it saves
+  if (a.mesh().mesh.numTriangles() + b.mesh().mesh.numTriangles() > kMinTriangles) {
     const TrianglePair close = closeTriangles(PairOfMeshes(a.mesh(), b.mesh()));
     nearest.addWitness(int(close.first), int(close.second));
   }
@@ -59,13 +59,14 @@ void collideWithMesh(const QueryObject& octree, const QueryObject& mesh, const R
   collideWithOctree(QueryTriangles(mesh.mesh()), WideNodes(mesh.mesh().tree()),
                     {octree.parts().cells(), octree.parts().tf()}, o1, o2, query);
 }
-#else  // there are no octrees
+#else  // without octrees
 constexpr auto distanceToMesh = distanceOfPartsOf;
 constexpr auto collideWithMesh = collidePartsOf;
 #endif
 
 constexpr PairSearch kParts{false, distanceOfPartsOf, collidePartsOf};
 
+/// By kinds: a row for each first object, a column for each second.
 constexpr PairSearch kPairs[3][3] = {
     {{false, distanceOfMeshes, collideMeshPair},
      {false, distanceToShapeOf, collideWithShapeOf},

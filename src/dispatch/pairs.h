@@ -4,12 +4,11 @@
 
 namespace adaptive_bvh {
 
-/// What is run for a pair of objects, by their kinds. The searches are given the pair in the order
-/// of results: of a mesh and a shape the mesh comes first, of a mesh and an octree the octree, as
-/// in FCL.
+/// The queries of a pair of objects. They take the objects in the order of FCL's results: a mesh
+/// before a shape, an octree before a mesh.
 struct PairSearch {
-  bool is_swapped;  ///< whether that is the other order than that of the kinds
-  /// Lowers query.result, in which it names no objects.
+  bool is_swapped;  ///< whether this order is the reverse of the pair's
+  /// Lowers query.result. Sets no objects.
   void (*distance)(const QueryObject& first, const QueryObject& second,
                    const DistanceQuery<double>& query);
   /// Adds contacts.
@@ -18,7 +17,7 @@ struct PairSearch {
                   const CollisionQuery<double>& query);
 };
 
-/// The table of pairs.
+/// The queries for two kinds of objects.
 const PairSearch& searchOf(ObjectKind first, ObjectKind second);
 
 }  // namespace adaptive_bvh

@@ -10,8 +10,8 @@ namespace adaptive_bvh {
 
 enum class ObjectKind { Mesh, Shape, Octree };
 
-/// An object of a query where it is in the world, in double precision: a mesh, or a shape or an
-/// octree of FCL's in either number type. Refers to them.
+/// An object of a query and its pose, in double precision: a mesh, or an FCL shape or octree of
+/// either number type. Refers to the object.
 class QueryObject {
  public:
   template <typename S>
@@ -19,7 +19,7 @@ class QueryObject {
       : parallel_(kParallelIn<S>) {
     mesh_.emplace(stateOf(mesh), tf);
   }
-  /// Throws std::invalid_argument where ShapeSolid does.
+  /// Throws std::invalid_argument like ShapeSolid.
   template <typename S>
   QueryObject(const fcl::CollisionGeometry<S>& geometry, const fcl::Transform3d& tf)
       : parallel_(kParallelIn<S>) {
@@ -30,12 +30,10 @@ class QueryObject {
     if (mesh_) return ObjectKind::Mesh;
     return parts_->isOctree() ? ObjectKind::Octree : ObjectKind::Shape;
   }
-  /// Of a mesh.
-  const PlacedMesh& mesh() const { return *mesh_; }
-  /// Of a shape or an octree.
-  const ConvexParts& parts() const { return *parts_; }
+  const PlacedMesh& mesh() const { return *mesh_; }     ///< for a mesh only
+  const ConvexParts& parts() const { return *parts_; }  ///< for a shape or octree only
   PlacedSolid solid() const { return {*parts_->shape(), parts_->tf()}; }
-  /// The sine of an angle that rounding of the transform makes of none.
+  /// The largest sine that rounding of the transform produces for parallel directions.
   double parallel() const { return parallel_; }
 
  private:

@@ -9,11 +9,11 @@
 
 namespace adaptive_bvh {
 
-/// A short motion of a shape that takes it out of a closed mesh. If there is one of the length l,
-/// no point of either surface is deeper than l in the other body. docs/bounds.md, 19.
+/// Searches for a short translation that separates a shape from a closed mesh. If there is one of
+/// length l, no point of either surface is deeper than l in the other body: docs/bounds.md, 19.
 class SeparatingMotion {
  public:
-  /// `core`: of the shape.
+  /// `core`: that of the shape.
   SeparatingMotion(const PlacedMesh& mesh, const PlacedSolid& shape, const ShapeCore& core,
                    const DepthPrecision& precision)
       : mesh_(mesh),
@@ -24,29 +24,29 @@ class SeparatingMotion {
         target_(mesh),
         deepest_(DepthBounds::from(precision.error())) {}
 
-  /// A depth that is certain, of any surface in the other body: less does not matter.
+  /// Raises the known depth to a certain depth of either surface in the other body.
   void raiseTo(double depth) {
     if (!(depth > deepest_.lower)) return;
     const std::size_t searches = deepest_.searches;
     deepest_ = DepthBounds::from(depth);
     deepest_.searches = searches;
   }
-  /// Whether a motion is found that is longer than a known depth by no more than the tolerance.
-  /// Tries the mesh's outward directions where the shape reaches into it, the first time against
-  /// `n`, of length 1, in the mesh's frame. May find that the shape is deeper than was known.
+  /// Whether a translation is found that exceeds the known depth by at most the tolerance. Tries
+  /// the mesh's outward directions at points of the shape: first at its farthest point against the
+  /// unit vector `n`, in the mesh's frame. May raise the known depth.
   bool isFound(fcl::Vector3d n) {
     constexpr int kMostTries = 3;
     constexpr double kSame = 1 - 1e-12;
     for (int i = 0; i < kMostTries && !n.isZero(0); ++i) {
       const fcl::Vector3d last = n;
       n = outwardNear(n);
-      if (isApartMoved(n)) return true;
+      if (separates(n)) return true;
       if (n.dot(last) > kSame) break;
     }
     return false;
   }
-  /// The deepest point of the shape in the mesh that was measured, if it is deeper than what was
-  /// known. The upper bound holds for both bodies once a motion is found.
+  /// The deepest measured point of the shape in the mesh, if it is deeper than the known depth.
+  /// Once a translation is found, the upper bound is valid for both bodies.
   const DepthBounds& deepest() const { return deepest_; }
 
  private:
@@ -68,24 +68,24 @@ class SeparatingMotion {
     if (point.distance <= kShort * precision_.size()) return found.outward;
     return (is_inside ? 1 : -1) / point.distance * (found.nearest - point.x);
   }
-  /// Whether the shape, moved along n by what counts, neither touches the mesh nor is inside of it.
-  bool isApartMoved(const fcl::Vector3d& n) {
-    constexpr double kShare = 15. / 16;  // room for the placement's rounding
+  /// Whether the shape, translated along n by the known depth and tolerance, is out of the mesh.
+  bool separates(const fcl::Vector3d& n) {
+    constexpr double kShare = 15. / 16;  // a reserve for the rounding of the pose
     const double most = deepest_.lower + precision_.tolerance(),
                  length = deepest_.lower + kShare * precision_.tolerance();
     PlacedSolid moved = shape_;
     moved.tf.translation() += mesh_.tf.linear() * (length * n);
-    const double travel = (moved.tf.translation() - shape_.tf.translation()).norm();
+    const double moved_by = (moved.tf.translation() - shape_.tf.translation()).norm();
     const RelativePlacement to_mesh(mesh_.tf, moved.tf);
     const fcl::Vector3d inner = to_mesh(shape_.solid.inner());
-    if (!(travel <= most) || target_.isInside(inner) || isNear(moved)) return false;
-    deepest_.upper = std::max(travel, deepest_.lower);
+    if (!(moved_by <= most) || target_.isInside(inner) || isNear(moved)) return false;
+    deepest_.upper = std::max(moved_by, deepest_.lower);
     return true;
   }
-  /// Whether the shape is not certainly apart from the mesh's surface.
+  /// Whether the shape may touch the mesh's surface.
   bool isNear(const PlacedSolid& moved) const {
     const double near = 2 * precision_.error();
-    return !(near > 0) || isNearer(mesh_, moved, core_, near);  // 0: it underflows
+    return !(near > 0) || isNearer(mesh_, moved, core_, near);  // `near` may underflow to 0
   }
 
   const PlacedMesh& mesh_;

@@ -1,3 +1,4 @@
+// Contacts of a mesh's vertices with a shape.
 #include <limits>
 
 #include "adaptive_bvh/penetration.h"
@@ -9,8 +10,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Fills in the vertices that may be at most `margin` from a shape: those of triangles whose boxes
-/// are.
+/// Adds the vertices that may be at most `margin` from a shape: those that near leaves own.
 void findCandidates(const PlacedMesh& mesh, const ShapeInTree& shape, double margin,
                     std::vector<VertexCandidate>& candidates) {
   const WideTree& tree = mesh.tree();

@@ -1,3 +1,4 @@
+// The surfaces of shapes and octrees as meshes: patches are subdivided, then welded.
 #include "adaptive_bvh/shape_mesh.h"
 
 #include <algorithm>
@@ -12,9 +13,9 @@
 namespace adaptive_bvh {
 namespace {
 
-constexpr int kLeastTurn = 8;  ///< what charts begin with where their rims meet
+constexpr int kMinEdgesPerTurn = 8;  ///< adjacent charts begin with 4 or 8 patches of a turn
 
-/// Collects the triangles of the patches of one convex part, in the part's frame.
+/// The surface of one convex part as a mesh, in the part's frame.
 class PartMesh {
  public:
   explicit PartMesh(const Solid& solid, int turn)
@@ -24,27 +25,27 @@ class PartMesh {
     for (const SurfacePatch& patch : patches) {
       int edges = patch.chart.patchesOfTurn(), cuts = 0;
       for (; edges > 0 && edges < turn; edges *= 2) ++cuts;
-      cut(patch.chart, {patch.p, patch.q, patch.r}, cuts);
+      subdivide(patch.chart, {patch.p, patch.q, patch.r}, cuts);
     }
-    join();
+    weld();
   }
 
   const TriangleMesh<double>& mesh() const { return mesh_; }
 
  private:
-  /// Into four, by the middles of the edges.
-  void cut(const SurfaceChart& chart, const TrianglePoints<double>& corners, int times) {
+  /// Adds a patch, after `times` subdivisions into four at the midpoints of edges.
+  void subdivide(const SurfaceChart& chart, const TrianglePoints<double>& corners, int times) {
     if (times == 0) return add(chart(corners[0]), chart(corners[1]), chart(corners[2]));
     const auto middle = [&](int i, int k) -> fcl::Vector3d {
       return chart.between(corners[i], corners[k], 0.5);
     };
     const fcl::Vector3d a = middle(1, 2), b = middle(2, 0), c = middle(0, 1);
-    cut(chart, {corners[0], c, b}, times - 1);
-    cut(chart, {c, corners[1], a}, times - 1);
-    cut(chart, {b, a, corners[2]}, times - 1);
-    cut(chart, {a, b, c}, times - 1);
+    subdivide(chart, {corners[0], c, b}, times - 1);
+    subdivide(chart, {c, corners[1], a}, times - 1);
+    subdivide(chart, {b, a, corners[2]}, times - 1);
+    subdivide(chart, {a, b, c}, times - 1);
   }
-  /// A surface without end keeps the order of the corners.
+  /// Adds a triangle, counter-clockwise from outside; an unbounded surface keeps its orientation.
   void add(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& c) {
     const bool is_outward = !is_bounded_ || (b - a).cross(c - a).dot((a + b + c) / 3 - inner_) > 0;
     const std::size_t first = mesh_.vertices.size();
@@ -52,8 +53,8 @@ class PartMesh {
     mesh_.triangles.emplace_back(first, is_outward ? first + 1 : first + 2,
                                  is_outward ? first + 2 : first + 1);
   }
-  /// Where charts meet, a point has been computed in two ways.
-  void join() {
+  /// Welds the vertices where charts meet, which each chart rounds differently.
+  void weld() {
     double size = 0;
     for (const fcl::Vector3d& x : mesh_.vertices)
       size = std::max(size, x.lpNorm<Eigen::Infinity>());
@@ -76,7 +77,7 @@ TriangleMesh<S> shapeMesh(const fcl::CollisionGeometry<S>& shape, int turn) {
     throw std::invalid_argument("shapeMesh: the geometry is neither a shape nor an octree");
   TriangleMesh<S> mesh;
   const auto add = [&](const ConvexPart& part) {
-    const PartMesh of_part(part.placed.solid, std::max(turn, kLeastTurn));
+    const PartMesh of_part(part.placed.solid, std::max(turn, kMinEdgesPerTurn));
     const std::size_t first = mesh.vertices.size();
     for (const fcl::Vector3d& x : of_part.mesh().vertices)
       mesh.vertices.push_back((part.placed.tf * x).template cast<S>());

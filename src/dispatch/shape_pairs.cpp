@@ -8,7 +8,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The box around all cells of an octree, in the world, as a shape.
+/// The bounding box of an octree's occupied cells, in the world.
 class BoxAroundCells {
  public:
   explicit BoxAroundCells(const ConvexParts& octree) {
@@ -25,6 +25,7 @@ class BoxAroundCells {
           return false;
         });
   }
+  /// A lower bound of the distance from a ball; infinite if there are no cells.
   double bound(const CellBall& ball) const {
     const BoxSolid box((high_ - low_) / 2);
     const fcl::Transform3d tf(Eigen::Translation3d((low_ + high_) / 2));
@@ -38,7 +39,7 @@ class BoxAroundCells {
 };
 
 /// Calls test(part of the first, part of the second) for those that may be at most limit() apart,
-/// until it returns true. The second is an octree if the first is one.
+/// until it returns true. If the first is an octree, the second must be one, too.
 template <typename Limit, typename Test>
 void visitPairsInOrder(const ConvexParts& first, const ConvexParts& second, const Limit& limit,
                        const Test& test) {

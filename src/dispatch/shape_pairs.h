@@ -5,10 +5,10 @@
 
 namespace adaptive_bvh {
 
-// Two bodies without a mesh: shapes, and octrees, whose cells are boxes. In the result the objects
-// are in the order of the call. Each pair of a shape or cell and another one has one contact.
+// Distance and contacts of two bodies that are shapes or octrees, whose cells are boxes. The result
+// has the objects in the order of the call. Two shapes or cells that touch have one contact.
 
-/// `parallel`: as of gapOf(PlacedSolid, PlacedSolid, parallel). The result names no objects.
+/// Lowers query.result. Sets no objects. `parallel`: as in gapOf of two shapes (solid_pair.h).
 void distanceOfParts(const ConvexParts& first, const ConvexParts& second, double parallel,
                      const DistanceQuery<double>& query);
 void collideParts(const ConvexParts& first, const ConvexParts& second, double parallel,

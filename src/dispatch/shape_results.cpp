@@ -1,3 +1,4 @@
+// Distance, depth and contacts of a shape with the triangles that a ShapeSearch finds.
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -15,7 +16,7 @@ class ShapeDistance {
       : search_(search),
         query_(query),
         enough_(enough),
-        next_check_(std::max(kMany, search.triangles.placed().count / kShare)) {}
+        next_check_(std::max(kFirstCheck, search.triangles.placed().count / kTrianglesPerTest)) {}
 
   void run() {
     const double before = query_.result.min_distance;
@@ -34,8 +35,7 @@ class ShapeDistance {
                          search_.triangles.inWorld(gap.points.second));
     return query_.isSatisfied() || query_.result.min_distance <= enough_ || isOver();
   }
-  /// Whether the triangles as a whole are as far from the shape as the nearest one so far. Looks
-  /// only after many tests.
+  /// Whether a plane proves that no triangle is nearer. Tried after many tests, then twice as many.
   bool isOver() {
     if (++tests_ < next_check_ || nearest_.distance < 0) return false;
     next_check_ = 2 * tests_;
@@ -43,7 +43,7 @@ class ShapeDistance {
                                           std::min(nearest_.distance, limitOf(query_)));
   }
 
-  /// The deepest triangle's depth, negative, if it is deeper.
+  /// Sets the distance to minus the largest depth of a triangle, if that exceeds `deepest`.
   void takeDepth(double deepest) const {
     search_.touching([this, &deepest](int triangle) {
       ShapeContact contact;
@@ -61,7 +61,7 @@ class ShapeDistance {
   const ShapeSearch& search_;
   const DistanceQuery<double>& query_;
   const double enough_;
-  static constexpr int kMany = 64, kShare = 256;
+  static constexpr int kFirstCheck = 64, kTrianglesPerTest = 256;
   TriangleGap nearest_{{fcl::Vector3d::Zero(), fcl::Vector3d::Zero()}, -1};  ///< so far
   int tests_ = 0, next_check_;
 };
@@ -122,7 +122,7 @@ class ShapeContacts {
                                 query_.request.num_max_cost_sources);
   }
 
-  /// FCL's approximate cost: a box around the whole mesh against the shape.
+  /// Adds FCL's approximate cost: the box around the whole mesh, if it touches the shape.
   void addApproximateCost() const {
     const Solid& shape = search_.triangles.shape();
     const fcl::Transform3d& shape_tf = search_.triangles.shapeTransform();
@@ -155,7 +155,7 @@ class ShapeContacts {
   const ShapeSearch& search_;
   const fcl::CollisionGeometryd &mesh_, &shape_;
   const CollisionQuery<double>& query_;
-  fcl::AABBd box_;  ///< of the shape in the world, if costs are asked for
+  fcl::AABBd box_;  ///< of the shape in the world, if costs are requested
 };
 
 }  // namespace

@@ -16,8 +16,8 @@
 
 namespace adaptive_bvh {
 
-/// A shape as the boxes of a four-wide tree see it: how far they are at least, in the shape's axes
-/// and in their own. docs/bounds.md, 13.
+/// Lower bounds of the distances of a four-wide tree's boxes from a shape: the larger of the gaps
+/// in the shape's axes and in the tree's axes. docs/bounds.md, 13.
 class ShapeInTree {
  public:
   ShapeInTree(const ShapeCore& core, const fcl::Transform3d& shape_tf, const WideTree& tree,
@@ -25,12 +25,12 @@ class ShapeInTree {
     const double scale = tree.scale();
     const fcl::Matrix3d to_core = core.axes.transpose() * shape_tf.linear().transpose();
     const fcl::Matrix3d m =
-        to_core * mesh_tf.linear() * tree.toBody().transpose() / scale;  // times 1: a rotation
+        to_core * mesh_tf.linear() * tree.toBody().transpose() / scale;  // a rotation
     const fcl::Vector3d origin = mesh_tf.linear() * tree.origin() + mesh_tf.translation();
-    const fcl::Vector3d seen = to_core * (origin - shape_tf.translation());  // the tree's
-    // Coordinates begin at the core's nearest point to the tree, where single precision is densest.
-    const fcl::Vector3d nearest = seen.cwiseMax(core.low).cwiseMin(core.high);
-    const fcl::Vector3d t = scale * (seen - nearest);
+    const fcl::Vector3d in_core = to_core * (origin - shape_tf.translation());  // the tree's origin
+    // The origin is the core's point nearest to the tree: there single precision is most accurate.
+    const fcl::Vector3d nearest = in_core.cwiseMax(core.low).cwiseMin(core.high);
+    const fcl::Vector3d t = scale * (in_core - nearest);
     const double numbers = tree.origin().lpNorm<1>() + 6 / scale +
                            mesh_tf.translation().lpNorm<1>() + shape_tf.translation().lpNorm<1>() +
                            nearest.lpNorm<1>() + core.radius;
@@ -53,7 +53,7 @@ class ShapeInTree {
     radius_ = core.radius;
   }
 
-  /// Whether single precision can express how they lie.
+  /// Whether single precision can represent the relative placement. If not, there are no bounds.
   bool isPrecise() const { return is_precise_; }
 
   /// Lower bounds of the squared distances of four boxes to the core.
@@ -61,8 +61,7 @@ class ShapeInTree {
     return float4::upper<Float4>(adaptive_bvh::squaredGaps<0>(boxes, in_tree_),
                                  adaptive_bvh::squaredGaps<0>(change_(boxes), in_core_));
   }
-  /// Upper bound of `squaredGaps` for boxes of triangles that are at most `distance` from the
-  /// shape.
+  /// Upper bound of `squaredGaps` for boxes of triangles at most `distance` from the shape.
   float squaredLimit(double distance) const {
     const double limit = (distance + radius_) * scale_;
     return limit < 0 ? -1 : squaredGapOf(limit);
@@ -70,10 +69,10 @@ class ShapeInTree {
 
  private:
   static constexpr double kUnit = 1. / (1 << 24);
-  /// Far more than any coordinate, and its square is within single precision.
+  /// Larger than all coordinates; single precision can represent its square.
   static constexpr double kMost = 1e18;
 
-  /// Rounded outward.
+  /// Sets all lanes to one box, rounded outward.
   static void setEnds(const fcl::Vector3d& low, const fcl::Vector3d& high, Boxes4& ends) {
     const auto end = [](double x, double outward) -> Float4 {
       x += outward * 2 * kUnit * std::abs(x);
@@ -86,16 +85,16 @@ class ShapeInTree {
   }
 
   FrameChange change_;        ///< from the tree's coordinates to the core's
-  Boxes4 in_core_, in_tree_;  ///< the core's box, four times
+  Boxes4 in_core_, in_tree_;  ///< the core's box in all lanes, in its own and in the tree's axes
   double scale_ = 1, radius_ = 0;
   bool is_precise_;
 };
 
-/// A mesh and a shape in their places, by the mesh's four-wide tree. Where single precision cannot
-/// express how the two lie, every triangle is tested.
+/// Finds triangles near a shape by the mesh's four-wide tree. If single precision cannot represent
+/// the relative placement, every triangle is tested.
 class MeshShapeSearch final : public ShapeSearch {
  public:
-  /// `core`: of the shape.
+  /// `core`: that of the shape.
   MeshShapeSearch(const PlacedMesh& mesh, const PlacedSolid& shape, const ShapeCore& core)
       : ShapeSearch(QueryTriangles(mesh), shape),
         mesh_(mesh),
@@ -103,17 +102,17 @@ class MeshShapeSearch final : public ShapeSearch {
         to_mesh_(mesh.tf, shape.tf),
         in_tree_(core, shape.tf, mesh.tree(), mesh.tf) {}
 
-  /// In the order of the leaves.
+  /// Visits triangles in the order of the leaves.
   void touching(const Test& test) const override {
     if (!in_tree_.isPrecise()) return testAll(test);
     const Float4 limit = float4::all(in_tree_.squaredLimit(0));
     TreeWalk(mesh_.tree())
         .visit(
             [&](const Boxes4& boxes) { return float4::bits(in_tree_.squaredGaps(boxes) <= limit); },
-            [&](unsigned place) -> bool { return test(mesh_.tree().triangle(place)); });
+            [&](unsigned leaf_index) -> bool { return test(mesh_.tree().triangle(leaf_index)); });
   }
 
-  /// The nearest boxes first; after many tests it looks along the line between the nearest points.
+  /// Visits nearest boxes first; after many tests, by bounds along the line between nearest points.
   void nearest(const DistanceQuery<double>& query, const PointPair<double>& points,
                const Test& test) const override {
     if (!in_tree_.isPrecise()) return testAll(test);
@@ -121,14 +120,14 @@ class MeshShapeSearch final : public ShapeSearch {
       return in_tree_.squaredGaps(node.boxes);
     };
     const auto limit = [&]() -> float { return in_tree_.squaredLimit(limitOf(query)); };
-    int tests = 0, many = manyTests();
+    int tests = 0, max_tests = maxBoxTests();
     bool is_over = false;
     const auto testSome = [&](int triangle) {
       is_over = test(triangle);
-      return is_over || ++tests >= many;
+      return is_over || ++tests >= max_tests;
     };
     if (!walk(keysOf, limit, testSome) || is_over) return;
-    const bool is_known = points.first != points.second;  // else nothing was as near as the limit
+    const bool is_known = points.first != points.second;  // false: no triangle within the limit
     if (!is_known || !core_.isBounded() || !triangles.rounding(points).isClear(limitOf(query)))
       return (void)walk(keysOf, limit, test);
     if (improve(query, points, test)) return;
@@ -144,8 +143,8 @@ class MeshShapeSearch final : public ShapeSearch {
       return line->limitOf(triangles.rounding(points).below(limitOf(query)) + core_.radius);
     };
     do {
-      many *= 4;
-      look(isNear, points, *line);
+      max_tests *= 4;
+      prepareLine(isNear, points, *line);
     } while (walk(keysAlong, limitAlong, testSome) && !is_over);
   }
 
@@ -161,7 +160,7 @@ class MeshShapeSearch final : public ShapeSearch {
     for (int i = 0; i < mesh_.mesh.numTriangles(); ++i)
       if (test(i)) return;
   }
-  /// The same with any keys of nodes; limit() is that of keys. Returns whether a test was true.
+  /// Visits triangles by increasing keys, up to limitOfKeys(). Returns whether a test was true.
   template <typename Keys, typename Limit, typename TestOfKeys>
   bool walk(const Keys& keysOf, const Limit& limitOfKeys, const TestOfKeys& test) const {
     float limit = limitOfKeys();
@@ -178,17 +177,17 @@ class MeshShapeSearch final : public ShapeSearch {
               return false;
             });
   }
-  /// More tests than a search takes where boxes tell triangles apart. From far away they do not.
-  int manyTests() const {
+  /// More tests than a search takes if boxes separate the triangles. From far away they do not.
+  int maxBoxTests() const {
     constexpr double kFar = 32;  // radii of the mesh
-    constexpr int kMany = 1024, kManyFromFar = 192;
+    constexpr int kTests = 1024, kTestsFromFar = 192;
     const double distance = (nearestOfCore() - mesh_.tree().origin()).stableNorm();
     const bool is_far = distance > kFar * mesh_.bounds().aabb_radius;
-    const auto positions = static_cast<int>(mesh_.tree().slots().used());  // what looking reads
-    return is_far ? kManyFromFar + positions / 128 : kMany + positions / 32;
+    const auto positions = static_cast<int>(mesh_.tree().slots().used());  // LineToCore reads these
+    return is_far ? kTestsFromFar + positions / 128 : kTests + positions / 32;
   }
-  /// Goes a few times from the nearest point of the shape, or from its farthest one toward the
-  /// mesh, to the nearest triangle, as long as that is nearer. Returns whether a test was true.
+  /// Lowers the distance in a few steps: tests the triangle nearest to the shape's nearest point,
+  /// or to its farthest point towards the mesh. Returns whether a test was true.
   bool improve(const DistanceQuery<double>& query, const PointPair<double>& points,
                const Test& test) const {
     constexpr int kMostSteps = 4;
@@ -207,7 +206,7 @@ class MeshShapeSearch final : public ShapeSearch {
         break;
     return is_over;
   }
-  void look(const NearLanes& near, const PointPair<double>& points, LineToCore& line) const {
+  void prepareLine(const NearLanes& near, const PointPair<double>& points, LineToCore& line) const {
     const fcl::Matrix3d to_mesh = to_mesh_.R * core_.axes;
     const fcl::Vector3d half = (core_.high - core_.low) / 2,
                         middle = core_.axes * fcl::Vector3d((core_.low + core_.high) / 2);
@@ -216,9 +215,9 @@ class MeshShapeSearch final : public ShapeSearch {
   }
   /// The core's point that is nearest to the tree's origin, in the mesh's frame.
   fcl::Vector3d nearestOfCore() const {
-    const fcl::Vector3d seen =
+    const fcl::Vector3d in_core =
         core_.axes.transpose() * to_mesh_.R.transpose() * (mesh_.tree().origin() - to_mesh_.T);
-    return to_mesh_(fcl::Vector3d(core_.axes * seen.cwiseMax(core_.low).cwiseMin(core_.high)));
+    return to_mesh_(fcl::Vector3d(core_.axes * in_core.cwiseMax(core_.low).cwiseMin(core_.high)));
   }
   static int leastLane(const Float4& gaps, unsigned lanes) {
     int least = __builtin_ctz(lanes);
@@ -232,17 +231,16 @@ class MeshShapeSearch final : public ShapeSearch {
 
   const PlacedMesh& mesh_;
   const ShapeCore core_;
-  const RelativePlacement to_mesh_;  ///< of the shape
+  const RelativePlacement to_mesh_;  ///< from the shape's frame
   const ShapeInTree in_tree_;
 };
 
-/// Overwrites the result with the vertices of a mesh that are at most `margin` from a shape, or
-/// inside of it.
+/// Overwrites the result with a mesh's vertices at most `margin` from a shape, or inside it.
 void findVertexContacts(const PlacedMesh& mesh, const ShapeSolid& shape,
                         const fcl::Transform3d& shape_tf, double margin,
                         VertexContacts<double>& result);
 
-/// Whether a mesh is at most so far from a shape. `core`: of the shape.
+/// Whether a mesh is at most `distance` from a shape. `core`: that of the shape.
 bool isNearer(const PlacedMesh& mesh, const PlacedSolid& shape, const ShapeCore& core,
               double distance);
 

@@ -1,3 +1,4 @@
+// Signed distances of a closed mesh and a shape: the depths of both surfaces, by branch and bound.
 #include <limits>
 
 #include "dispatch/separating_motion.h"
@@ -12,12 +13,12 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The inside of a shape, for DepthSearch, in the shape's frame: by planes that it touches.
+/// A shape as the target of DepthSearch, in its own frame. Supporting planes bound the depth.
 class ShapeTarget {
  public:
   static constexpr bool kIsConvex = true;
-  /// A plane n x = d with the shape on its lower side. A point in the shape is no deeper than below
-  /// this plane.
+  /// A plane n x = d that supports the shape from above. No point in the shape is deeper than its
+  /// distance from this plane.
   struct Witness {
     fcl::Vector3d n = fcl::Vector3d::Zero();
     double d = 0;
@@ -41,7 +42,7 @@ class ShapeTarget {
   }
   bool isInside(const fcl::Vector3d& x) const { return shape_.surface(x).distance < 0; }
   bool isClear(const fcl::Vector3d&, double) const { return false; }
-  /// Bounds by planes are negative outside, so neither is needed.
+  /// Bounds by planes are negative outside, so `touches` and `crossing` are not needed.
   bool touches(const std::array<fcl::Vector3d, 3>&, const Bulge&) const { return true; }
   double crossing(const Witness&, const fcl::Vector3d&, const fcl::Vector3d&) const { return -1; }
   fcl::Vector3d outward(const fcl::Vector3d& x) const { return shape_.surface(x).outward; }
@@ -55,7 +56,7 @@ class ShapeTarget {
   const Solid& shape_;
 };
 
-/// The surface of a shape, for DepthSearch, in the target's frame.
+/// The surface of a shape as the source of DepthSearch, in the target's frame.
 class ShapeSource {
  public:
   using Vector = fcl::Vector3d;
@@ -112,7 +113,7 @@ class ShapeSource {
   std::uint8_t count_ = 0;
 };
 
-/// A mesh and a shape.
+/// Computes the signed distance of a mesh and a shape.
 class MeshAndShape {
  public:
   MeshAndShape(const PlacedMesh& mesh, const ShapeSolid& shape, const fcl::Transform3d& shape_tf,
@@ -125,7 +126,7 @@ class MeshAndShape {
         precision_(mesh_.tf, shape_tf_, size(), tolerance),
         result_(mesh_.tf, shape_tf_, precision_) {}
 
-  /// Throws std::invalid_argument of a plane, and where the faces of a convex do not enclose it.
+  /// Throws std::invalid_argument for a plane, and if the faces of a convex do not enclose it.
   SignedDistance<double> distance() const {
     if (const HullSolid* hull = shape_->hull()) return distanceTo(FacedHull(*hull));
     const FlatSolid* const flat = shape_->flat();
@@ -158,8 +159,8 @@ class MeshAndShape {
     found.searches = depths.in_shape.searches + depths.in_mesh.searches;
     return found;
   }
-  /// The deepest point of the mesh's surface is a vertex. A point of the plane is no deeper: from
-  /// there straight on into the half-space the mesh's surface is reached, which is deeper.
+  /// The deepest point of the mesh's surface is a vertex. No point of the plane is deeper in the
+  /// mesh: its perpendicular into the half-space reaches the mesh's surface at that depth or below.
   SignedDistance<double> distanceToHalfSpace(const FlatSolid& solid) const {
     const fcl::Vector3d& n = solid.normal();
     const double d = solid.offset();
@@ -182,7 +183,7 @@ class MeshAndShape {
     return result_.inside(bounds, {});
   }
 
-  /// How deep the surface of the mesh is in the shape, and that of the shape in the mesh.
+  /// Depths of the mesh's surface in the shape, and of the shape's surface in the mesh.
   struct Depths {
     DepthBounds in_shape, in_mesh;
   };
@@ -191,8 +192,8 @@ class MeshAndShape {
     unsigned triangle;
   };
 
-  /// Of surfaces that touch. A ball that rolls along a round shape from within, or a motion that
-  /// separates, bounds the depth of the shape's surface; else that is searched. docs/bounds.md, 19.
+  /// The depths of surfaces that touch. A ball that rolls inside a round shape, or a separating
+  /// motion, bounds the depth of the shape's surface; else it is searched. docs/bounds.md, 19.
   Depths depthsOf(const Solid& solid, const Nearest& nearest) const {
     const bool is_round = solid.rollingRadius() > 0;
     Depths depths;
@@ -232,11 +233,12 @@ class MeshAndShape {
     return DepthSearch<ShapeSource, MeshTarget>(source, target, precision_.tolerance(), known)
         .run();
   }
+  /// Upper bound of the coordinates of both bodies, in the frame of either.
   double size() const {
     const ShapeCore& core = shape_.core();
-    const fcl::Vector3d far = core.low.cwiseAbs().cwiseMax(core.high.cwiseAbs());
+    const fcl::Vector3d largest = core.low.cwiseAbs().cwiseMax(core.high.cwiseAbs());
     return mesh_.bounds().aabb_center.norm() + mesh_.bounds().aabb_radius +
-           (core.isBounded() ? far.norm() + core.radius : 0) + to_shape_.T.norm();
+           (core.isBounded() ? largest.norm() + core.radius : 0) + to_shape_.T.norm();
   }
 
   Nearest findNearest() const {

@@ -15,13 +15,13 @@
 
 namespace adaptive_bvh {
 
-/// Distances from here on do not matter, as FCL prunes.
+/// The distance from which on a query discards candidates, like FCL.
 inline double limitOf(const DistanceQuery<double>& query) {
   const double found = query.result.min_distance;
   return std::max(found - query.request.abs_err, found / (1 + query.request.rel_err));
 }
 
-/// The triangles of a mesh or of a model of FCL's, where they are.
+/// The triangles of a mesh or of an FCL model, and their pose.
 struct QueryTriangles {
   explicit QueryTriangles(const PlacedMesh& mesh)
       : QueryTriangles(mesh.mesh.view(), mesh.mesh.numTriangles(), mesh.tf,
@@ -32,7 +32,7 @@ struct QueryTriangles {
       : points(view.vertices),
         count(number),
         tf(placement),
-        largest_numbers(center.lpNorm<1>() + 2 * radius) {
+        coordinate_sum(center.lpNorm<1>() + 2 * radius) {
     corners.triangles = view.triangles;
   }
 
@@ -45,10 +45,10 @@ struct QueryTriangles {
   MeshView<double> corners;  ///< without positions
   const int count;
   const fcl::Transform3d tf;
-  const double largest_numbers;  ///< at least |x| + |y| + |z| of the points
+  const double coordinate_sum;  ///< upper bound of |x| + |y| + |z| of the points
 };
 
-/// The triangles of an object of a query, as a shape sees them.
+/// Triangles of a query and a shape: tests of triangles in the shape's frame.
 class ShapeTriangles {
  public:
   ShapeTriangles(const QueryTriangles& triangles, const PlacedSolid& shape)
@@ -60,7 +60,7 @@ class ShapeTriangles {
   const QueryTriangles& placed() const { return triangles_; }
   const Solid& shape() const { return shape_; }
   const fcl::Transform3d& shapeTransform() const { return shape_tf_; }
-  /// In the shape's frame.
+  /// The corners of a triangle in the shape's frame.
   TrianglePoints<double> corners(int triangle) const {
     const TrianglePoints<double> points = triangles_[triangle];
     return {to_shape_(points[0]), to_shape_(points[1]), to_shape_(points[2])};
@@ -69,9 +69,9 @@ class ShapeTriangles {
   bool touches(int triangle, ShapeContact& contact) const {
     return shape_.touches(corners(triangle), contact);
   }
-  /// Whether no triangle is nearer than `distance`, up to rounding, along the line between the
-  /// nearest points of one and the shape or, if that is nearly the same, along the normal of the
-  /// triangle. No where that could hide a touch.
+  /// Whether all triangles are at least `distance` from the shape, up to rounding, along one of two
+  /// directions: the line between the nearest points of `triangle` and the shape, or the triangle's
+  /// normal, if that is nearly the same. False if rounding could hide a contact.
   bool areSeparated(int triangle, const PointPair<double>& nearest, double distance) const {
     constexpr double kNearly = 0.999;
     const DistanceRounding rounded = rounding(nearest);
@@ -84,10 +84,10 @@ class ShapeTriangles {
     return areApart(line, least) ||
            (std::abs(cosine) > kNearly && areApart(cosine > 0 ? normal : -normal, least));
   }
-  /// Of the distances of all, where these are the nearest points of one and the shape.
+  /// Rounding errors of all triangles' distances, given the nearest points of one and the shape.
   DistanceRounding rounding(const PointPair<double>& nearest) const {
     return DistanceRounding(2 * nearest.first.lpNorm<1>() + nearest.second.lpNorm<1>() +
-                            4 * triangles_.largest_numbers);
+                            4 * triangles_.coordinate_sum);
   }
   fcl::Vector3d inWorld(const fcl::Vector3d& x) const { return shape_tf_ * x; }
   fcl::Vector3d turnedToWorld(const fcl::Vector3d& direction) const {
@@ -95,21 +95,20 @@ class ShapeTriangles {
   }
 
  private:
-  /// Whether all triangles are at least so far from the shape along a direction of length 1, in its
-  /// frame. A few of them come first: they often say so.
+  /// Whether all triangles are at least `least` from the shape along a unit vector in its frame.
   bool areApart(fcl::Vector3d along, double least) const {
-    double reach;
+    double shape_end;
     if (const FlatSolid* const flat = shape_.flat()) {
       const double side = flat->normal().dot(along) < 0 ? -1 : 1;
       along = side * flat->normal();
-      reach = side * flat->offset();
+      shape_end = side * flat->offset();
     } else {
-      reach = along.dot(shape_.support(along));
+      shape_end = along.dot(shape_.support(along));
     }
     const fcl::Vector3d in_mesh = to_shape_.R.transpose() * along;
-    const double from = reach + least - along.dot(to_shape_.T);
-    constexpr int kFew = 32;  // one of so many
-    for (const int stride : {kFew, 1})
+    const double from = shape_end + least - along.dot(to_shape_.T);
+    constexpr int kSampleStride = 32;  // a sample is tested first, because it often decides
+    for (const int stride : {kSampleStride, 1})
       for (int i = 0; i < triangles_.count; i += stride)
         for (const fcl::Vector3d& x : triangles_[i])
           if (!(in_mesh.dot(x) >= from)) return false;
@@ -122,18 +121,17 @@ class ShapeTriangles {
   const RelativePlacement to_shape_;
 };
 
-/// How the triangles that a shape may touch, or is near to, are found: by a mesh's four-wide tree,
-/// or by FCL's traversal of a model.
+/// A search for triangles near a shape: by a four-wide tree, or by FCL's traversal of a model.
 class ShapeSearch {
  public:
   using Test = std::function<bool(int triangle)>;
 
   virtual ~ShapeSearch() = default;
-  /// Calls test(triangle) for all that may touch the shape, until it returns true.
+  /// Calls test(triangle) for all triangles that may touch the shape, until it returns true.
   virtual void touching(const Test& test) const = 0;
-  /// Calls test(triangle) for all that may be nearer to the shape than query.result, the nearest
-  /// first, until it returns true. The test updates that result, and `points`, the nearest points
-  /// so far, in the shape's frame.
+  /// Calls test(triangle) for all triangles that may be nearer to the shape than query.result,
+  /// nearest boxes first, until it returns true. The test updates query.result, and `points`, the
+  /// nearest points so far, in the shape's frame.
   virtual void nearest(const DistanceQuery<double>& query, const PointPair<double>& points,
                        const Test& test) const = 0;
   /// Box of the whole mesh, for FCL's approximate cost.
@@ -145,8 +143,8 @@ class ShapeSearch {
   ShapeSearch(const QueryTriangles& of, const PlacedSolid& shape) : triangles(of, shape) {}
 };
 
-/// The distance of triangles and a shape, in query.result, without objects. Ends where it is at
-/// most `enough`.
+/// Lowers query.result to the distance of triangles and a shape. Sets no objects. Stops as soon as
+/// the distance is at most `enough`.
 void distanceToShape(const ShapeSearch& search, const DistanceQuery<double>& query,
                      double enough = 0);
 

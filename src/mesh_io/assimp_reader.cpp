@@ -1,3 +1,4 @@
+// Reads other formats with assimp, and checks what it returns.
 #include <assimp/DefaultIOSystem.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
@@ -21,9 +22,8 @@ class RegularFiles : public Assimp::DefaultIOSystem {
   }
 };
 
-/// Throws if single precision has destroyed the shape: assimp's numbers have 24 bits, and if the
-/// distance from the origin leaves fewer than 8 of them for the shape, a solid may have become
-/// flat.
+/// Throws if the distance from the origin leaves fewer than 8 of the 24 bits of assimp's numbers to
+/// the shape: a solid may then have become flat.
 void checkPrecision(const std::vector<fcl::Vector3d>& vertices) {
   Eigen::AlignedBox3d box;
   double largest = 0;

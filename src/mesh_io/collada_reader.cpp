@@ -1,3 +1,4 @@
+// Reads Collada: indexes the elements by id, reads nodes and meshes, then links instances of nodes.
 #include <map>
 #include <vector>
 

@@ -1,3 +1,4 @@
+// Reads the units that AMF and 3MF files declare.
 #include <stdexcept>
 
 #include "formats.h"

@@ -59,12 +59,10 @@ double unitOf3mf(std::string_view bytes);
 /// Reads a file with the reader that its beginning, or else the name's extension, determines.
 FileScene readScene(const std::string& path, const MeshLoadOptions& options);
 
-/// The bytes of a regular file. Throws std::runtime_error if it is not a regular file or cannot be
-/// read.
+/// The bytes of a regular file. Throws std::runtime_error if it is not one, or cannot be read.
 std::string readFile(const std::string& path);
 
-/// Whether a path is a regular file, or a link to one. A pipe or a device could block forever, or
-/// never end.
+/// Whether a path is a regular file, or a link to one. (A pipe or device could block forever.)
 bool isRegularFile(const std::string& path);
 
 }  // namespace adaptive_bvh

@@ -13,12 +13,10 @@ namespace adaptive_bvh {
 
 using Json = nlohmann::json;
 
-/// A member or an element; null if there is none. glTF 2 refers to elements by index, glTF 1 by
-/// key.
+/// A member or element; null if there is none. glTF 2 refers to elements by index, glTF 1 by key.
 const Json& at(const Json& container, const Json& key);
 
-/// A member that is a count, or `otherwise` if it is missing. Throws std::runtime_error if it is
-/// something else.
+/// A count, or `otherwise` if it is missing. Throws std::runtime_error if it is not a count.
 std::size_t countAt(const Json& container, const char* key, std::size_t otherwise = 0);
 
 /// A member that is a string; empty if it is not.

@@ -1,3 +1,4 @@
+// Reads glTF: the nodes of the scene, then the meshes that they refer to.
 #include <algorithm>
 #include <map>
 #include <set>

@@ -1,3 +1,4 @@
+// Chooses the reader of a file, and transforms its mesh to the caller's axes and unit.
 #include "adaptive_bvh/mesh_io.h"
 
 #include <algorithm>

@@ -6,8 +6,7 @@
 
 namespace adaptive_bvh {
 
-/// The files that a document refers to. Each is read once, even if it is referred to by several
-/// names.
+/// The files that a document refers to. Each is read once, even if several names refer to it.
 class NamedFiles {
  public:
   /// Allows files `anywhere`, or only in the document's folder and below.

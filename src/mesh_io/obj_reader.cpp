@@ -1,3 +1,4 @@
+// Reads OBJ: statements with vertices and polygonal faces.
 #include "formats.h"
 #include "tokens.h"
 

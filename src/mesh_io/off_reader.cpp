@@ -1,3 +1,4 @@
+// Reads OFF: a header, then vertices and polygonal faces, one per line.
 #include "formats.h"
 #include "tokens.h"
 

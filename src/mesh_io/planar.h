@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
+// Exact predicates of points, segments and triangles in the plane.
 namespace adaptive_bvh {
 
 /// A point of the plane.

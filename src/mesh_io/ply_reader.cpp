@@ -1,3 +1,4 @@
+// Reads PLY: a header that describes elements, then a body of text or binary numbers.
 #include <algorithm>
 #include <vector>
 

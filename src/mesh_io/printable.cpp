@@ -5,8 +5,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The length of the UTF-8 character at the beginning of a text; 0 if there is none, or if it is
-/// not printable.
+/// The length of the first UTF-8 character of a text; 0 if it is invalid or not printable.
 std::size_t lengthOfCharacter(std::string_view text) {
   const auto byte = [&](std::size_t i) {
     return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u;

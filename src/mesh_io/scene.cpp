@@ -1,3 +1,4 @@
+// Checks the hierarchy of a file's nodes, and flattens it to one mesh.
 #include "scene.h"
 
 #include <algorithm>
@@ -33,8 +34,7 @@ std::size_t elementsOf(const Mesh& mesh) {
   return mesh.vertices.size() + mesh.triangles.size() + 1;
 }
 
-/// The limit on vertices and triangles that nodes place. Meshes that are placed only once never
-/// exceed it.
+/// The limit on placed vertices and triangles. Meshes that are placed only once never exceed it.
 ElementLimit placementLimit(const FileScene& scene, const std::vector<Mesh>& meshes) {
   std::size_t own = 0;
   for (const Mesh& mesh : meshes) own += elementsOf(mesh);

@@ -7,6 +7,7 @@
 #include "adaptive_bvh/mesh_io.h"
 #include "planar.h"
 
+// The content of a mesh file: nodes that place meshes of polygons. Limits of its size.
 namespace adaptive_bvh {
 
 /// Positions, and polygonal faces.

@@ -1,3 +1,4 @@
+// Reads STL: tells binary files from text by their length and by zero bytes.
 #include <string>
 #include <string_view>
 
@@ -14,8 +15,7 @@ bool hasLengthWithoutPayloads(std::string_view bytes) {
   return bytes.size() > kHeader && bytes.size() - kHeader == kFacet * wordAt(bytes, kHeader - 4);
 }
 
-/// The bytes of a facet's payload according to its attribute count. Most programs write 0 or a
-/// colour there.
+/// The bytes of a facet's payload: its attribute count. Most programs write 0 or a colour there.
 std::size_t payloadOf(std::string_view bytes, std::size_t facet) {
   return static_cast<std::size_t>(numberAt(bytes, facet + kFacet - 2, {'u', 2}));
 }
@@ -78,7 +78,6 @@ fcl::Vector3d readPoint(Words& words) {
   return p;
 }
 
-/// Reads text STL: facets of three vertices each.
 PolygonMesh readText(std::string_view text) {
   PolygonMesh mesh;
   Words words(withoutByteOrderMark(text));

@@ -13,6 +13,7 @@
 
 #include "printable.h"
 
+// Reads words, lines and numbers from the bytes of a file.
 namespace adaptive_bvh {
 
 inline bool isSpace(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
@@ -31,8 +32,7 @@ inline std::string_view withoutByteOrderMark(std::string_view text) {
   return text.substr(text.substr(0, 3) == "\xEF\xBB\xBF" ? 3 : 0);
 }
 
-/// Parses the whole word as a number, independent of the locale; nothing if it is not a number, or
-/// out of range.
+/// Parses a whole word as a number, in any locale; nothing if it is not a number or out of range.
 template <typename Number>
 std::optional<Number> parse(std::string_view word) {
   if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);

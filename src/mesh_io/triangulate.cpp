@@ -1,3 +1,4 @@
+// Triangulates polygons by ear clipping with exact predicates, and checks the result.
 #include <algorithm>
 #include <array>
 #include <cmath>

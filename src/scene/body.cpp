@@ -10,12 +10,12 @@ using fcl::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Half the extent along each axis of a box that is turned.
+/// Half the sides of the axis-aligned box around a rotated box.
 Vector3d turnedHalf(const fcl::Matrix3d& rotation, const Vector3d& half) {
   return rotation.cwiseAbs() * half;
 }
 
-/// Boxes of four nodes below the root, in the mesh's own axes, turned into the world.
+/// The box around the boxes of the tree's second level, up to 16, each rotated into the world.
 WorldBox boxOfMesh(const MeshState& mesh, const fcl::Transform3d& tf) {
   const BodyCoordinates& coordinates = mesh.tree.coordinates();
   const fcl::Matrix3d turn = tf.linear() * coordinates.axes();
@@ -43,7 +43,7 @@ WorldBox boxOfMesh(const MeshState& mesh, const fcl::Transform3d& tf) {
   return box;
 }
 
-/// The box in the world around a core in a body's frame, grown by its radius.
+/// The box in the world around all points within core.radius of the core's box.
 WorldBox turned(const fcl::Transform3d& tf, const ShapeCore& core) {
   if (!core.isBounded()) return {Vector3d::Constant(-kInfinity), Vector3d::Constant(kInfinity)};
   const fcl::Matrix3d turn = tf.linear() * core.axes;
@@ -66,8 +66,8 @@ WorldBox boxOfParts(const ConvexParts& parts) {
   return turned(parts.tf(), parts.shape().core());
 }
 
-/// How far a box is enlarged: a rotation is one up to an error, which counts for all that is seen
-/// from the body's origin.
+/// The padding of a box for rounding, and for the error of the rotation, whose effect grows with
+/// the distance from the body's origin.
 double marginOf(const WorldBox& box, const fcl::Transform3d& tf, double turn_error) {
   const Vector3d middle = (box.low + box.high) / 2;
   const double far = (box.high - box.low).norm() / 2 + (middle - tf.translation()).norm();
@@ -90,7 +90,7 @@ ObjectKind kindOf(const fcl::CollisionGeometry<S>& geometry) {
   return ObjectKind::Octree;
 }
 
-/// The mesh that a geometry is.
+/// Casts a geometry, which must be a mesh.
 template <typename S>
 const DeformableMesh<S>& meshIn(const fcl::CollisionGeometry<S>& geometry) {
   return static_cast<const DeformableMesh<S>&>(geometry);
@@ -124,11 +124,11 @@ WorldBox boxAround(const Body& body, const fcl::Transform3d& tf, double turn_err
   return box.isBounded() ? enlarged(box, marginOf(box, tf, turn_error)) : box;
 }
 
-void bound(Body& body, double turn_error) {
-  const std::uint64_t positions = body.isMesh() ? body.mesh().version : 0;
-  if (body.isMesh() && body.is_placed && body.positions == positions) return;
-  body.positions = positions;
-  body.is_placed = true;
+void updateBounds(Body& body, double turn_error) {
+  const std::uint64_t version = body.isMesh() ? body.mesh().version : 0;
+  if (body.isMesh() && body.has_current_bounds && body.mesh_version == version) return;
+  body.mesh_version = version;
+  body.has_current_bounds = true;
   if (!body.isMesh()) {
     body.box = boxAround(body, body.tf, turn_error);
     body.middle = (body.box.low + body.box.high) / 2;

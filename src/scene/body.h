@@ -7,38 +7,36 @@
 #include "dispatch/query_object.h"
 #include "query/single_precision.h"
 
+// The bodies of a scene, and the boxes and spheres around them.
 namespace adaptive_bvh {
 
-/// All points between two corners, along the axes of the world.
+/// An axis-aligned box in the world; unbounded if a coordinate is not finite.
 struct WorldBox {
   fcl::Vector3d low = fcl::Vector3d::Zero(), high = fcl::Vector3d::Zero();
 
   bool isBounded() const { return low.allFinite() && high.allFinite(); }
 };
 
-/// The gap of two boxes, a lower bound of the distance of what is in them.
+/// The distance of two boxes, rounded down: a lower bound of the distance of their contents.
 inline double gapOf(const WorldBox& a, const WorldBox& b) {
   const fcl::Vector3d gap = (a.low - b.high).cwiseMax(b.low - a.high).cwiseMax(0);
   return gap.norm() * (1 - 1e-14);
 }
 
-/// What a body is: a mesh, a shape or an octree of the user's, in either number type. Refers to it.
-/// Its numbers are read in double precision.
+/// Refers to the caller's mesh, shape or octree; reads either number type in double precision.
 class BodyGeometry {
  public:
-  /// Throws std::invalid_argument on geometry that a scene cannot hold.
+  /// Throws std::invalid_argument if the geometry is none of these.
   explicit BodyGeometry(const fcl::CollisionGeometryf& geometry);
   explicit BodyGeometry(const fcl::CollisionGeometryd& geometry);
 
   ObjectKind kind() const { return kind_; }
   bool isMesh() const { return kind_ == ObjectKind::Mesh; }
-  /// Of a mesh.
-  const MeshState& mesh() const;
-  /// As an object of a query.
+  const MeshState& mesh() const;  ///< for meshes only
   QueryObject at(const fcl::Transform3d& tf) const;
-  /// The object that contacts name.
+  /// The object that contacts refer to.
   ContactObject reported() const;
-  /// The sine of an angle that rounding of transforms makes of none.
+  /// The largest sine that rounding of transforms produces for parallel directions.
   double parallel() const { return single_ ? kParallelIn<float> : kParallelIn<double>; }
 
  private:
@@ -47,22 +45,22 @@ class BodyGeometry {
   const fcl::CollisionGeometryd* double_ = nullptr;
 };
 
-/// A body of a scene.
+/// A body of a scene, with its bounds of the last update.
 struct Body {
   BodyId id;
   BodyGeometry geometry;
   BodyOptions options;
   fcl::Transform3d tf;
-  fcl::Transform3d start_tf = tf;  ///< where the step began
+  fcl::Transform3d start_tf = tf;  ///< transform at the start of the step
 
   // State of the last update.
   WorldBox box = {};
-  fcl::Vector3d middle = fcl::Vector3d::Zero();  ///< of a ball around it, in the world
+  fcl::Vector3d middle = fcl::Vector3d::Zero();  ///< centre of the bounding sphere, in the world
   double radius = 0;
-  bool is_placed = false;       ///< whether a mesh's are of the present transform
-  std::uint64_t positions = 0;  ///< MeshState::version
+  bool has_current_bounds = false;  ///< whether the bounds of a mesh are those of `tf`
+  std::uint64_t mesh_version = 0;   ///< MeshState::version of the bounds
 
-  /// The body that was nearest last, with the nearest elements.
+  /// Witness cache: the body that Scene::nearest found last, and the nearest elements of both.
   struct Witness {
     bool exists = false;
     BodyId other = 0;
@@ -70,20 +68,19 @@ struct Body {
   } witness = {};
 
   bool isMesh() const { return geometry.isMesh(); }
-  /// Of a mesh.
   const MeshState& mesh() const { return geometry.mesh(); }
   PlacedMesh placedMesh() const { return {mesh(), tf}; }
-  PlacedMesh inItsFrame() const { return {mesh(), fcl::Transform3d::Identity()}; }
+  PlacedMesh inBodyFrame() const { return {mesh(), fcl::Transform3d::Identity()}; }
   QueryObject object() const { return geometry.at(tf); }
 };
 
-/// A box around a body, other than a mesh, placed by a transform; unbounded of a plane and a
-/// half-space. `turn_error`: how far a rotation of the scene may be from one.
+/// The box around a shape or octree with a given transform; unbounded for a plane or half-space.
+/// `turn_error`: SceneState::turnError.
 WorldBox boxAround(const Body& body, const fcl::Transform3d& tf, double turn_error);
 
-/// Computes the box and the ball of a body in its present state: of a mesh where it or its
-/// transform has changed, of others, which have no version, always. They are unbounded of a plane
-/// and a half-space.
-void bound(Body& body, double turn_error);
+/// Computes the box and the bounding sphere of a body. Skips a mesh if neither it nor its transform
+/// has changed; shapes and octrees have no version, so their bounds are always computed. The box of
+/// a plane or half-space is unbounded.
+void updateBounds(Body& body, double turn_error);
 
 }  // namespace adaptive_bvh

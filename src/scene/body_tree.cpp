@@ -24,7 +24,7 @@ void BodyTree::update(const std::vector<WorldBox>& boxes) {
 
 void BodyTree::build() {
   const auto count = static_cast<unsigned>(size());
-  built_count_ = 0;  // until it is built
+  built_count_ = 0;  // stays 0 if the build throws
   std::vector<fcl::Triangle> triangles;
   for (std::size_t i = 0; i < count; ++i) triangles.emplace_back(2 * i, 2 * i + 1, 2 * i + 1);
   const MeshView<double> mesh{corners_.data(), nullptr, triangles.data()};
@@ -37,7 +37,7 @@ void BodyTree::build() {
   built_count_ = count;
 }
 
-/// Along the axes of the world, about the middle of all boxes.
+/// Refits in the axes of the world, with the origin at the centre of all boxes.
 void BodyTree::refit() {
   fcl::Vector3d low = corners_[0], high = corners_[1];
   for (std::size_t i = 0; i < corners_.size(); i += 2) {
@@ -49,7 +49,7 @@ void BodyTree::refit() {
   tree_.refit(corners_.data(), coordinates, TaskPool(1));
 }
 
-/// The sum of the areas of all boxes but the bodies'.
+/// Half the sum of the surface areas of all boxes, except the bodies' own.
 double BodyTree::cost() const {
   double sum = 0;
   for (int n = 0; n < tree_.size(); ++n) {

@@ -11,28 +11,28 @@
 
 namespace adaptive_bvh {
 
-/// A four-wide tree over the boxes of bodies. A body counts as a triangle with two corners, the
-/// lowest and the highest of its box: so the box of the triangle is that of the body.
+/// A four-wide tree over the boxes of bodies. WideTree bounds triangles, so each body is a triangle
+/// whose vertices are the lowest and the highest corner of its box.
 class BodyTree {
  public:
-  /// Takes over the boxes, which are bounded, and at least one. Builds the tree anew when it has
-  /// another number of bodies, or has become so much worse that its boxes are half as large again
-  /// as when it was built; else only refits it. After std::bad_alloc it is to be updated again.
+  /// Refits the tree to these boxes, which must be bounded, and at least one. Rebuilds it if the
+  /// number of boxes has changed, or if the areas of its nodes' boxes have grown by half since the
+  /// build. After std::bad_alloc the tree must be updated again before it is read.
   void update(const std::vector<WorldBox>& boxes);
   void clear();
 
   bool isEmpty() const { return corners_.empty(); }
   std::size_t size() const { return corners_.size() / 2; }
 
-  /// Calls found(i, j), i < j, for each pair whose boxes are at most so far apart, in any order.
+  /// Calls found(i, j), i < j, for all pairs with boxes at most `distance` apart, in any order.
   template <typename Found>
   void forEachPair(double distance, const Found& found) const;
-  /// Calls visit(i, gap) for bodies with a lower bound of the distance of their boxes from a box,
-  /// by increasing bound. `visit` returns the distance beyond which no more bodies are needed.
+  /// Calls visit(i, gap) for bodies in increasing order of `gap`, a lower bound of the distance of
+  /// their boxes from `box`. `visit` returns the distance beyond which no bodies are needed.
   template <typename Visit>
   void visitByDistance(const WorldBox& box, const Visit& visit) const;
-  /// Calls visit(i, t) for bodies with a lower bound of the t at which a ray enters their boxes, by
-  /// increasing bound. `visit` returns the t beyond which no more bodies are needed.
+  /// Calls visit(i, t) for bodies in increasing order of `t`, a lower bound of the ray's parameter
+  /// where it enters their boxes. `visit` returns the t beyond which no bodies are needed.
   template <typename Visit>
   void visitAlongRay(const fcl::Vector3d& origin, const fcl::Vector3d& direction,
                      const Visit& visit) const;
@@ -42,13 +42,13 @@ class BodyTree {
   void refit();
   double cost() const;
 
-  std::vector<fcl::Vector3d> corners_;  ///< of each body the lowest and the highest
+  std::vector<fcl::Vector3d> corners_;  ///< lowest and highest corner of each box
   WideTree tree_;
-  std::size_t built_count_ = 0;  ///< of bodies that `tree_` is of
+  std::size_t built_count_ = 0;  ///< number of bodies in `tree_`
   double built_cost_ = 0;
 };
 
-/// Hands on the pairs of bodies that a walk finds.
+/// Calls a function for each pair of bodies in the leaves that a traversal finds.
 template <typename Found>
 class BodyPairSink final : public LeafSink {
  public:
@@ -81,13 +81,13 @@ void BodyTree::forEachPair(double distance, const Found& found) const {
   WideSearch(trees).run({&roots, &roots + 1}, sink);
 }
 
-/// What a best-first walk is still to visit.
+/// An entry of the queue of a best-first traversal: a node or a body.
 struct OpenBody {
   double bound;
-  int number;  ///< of a node, or of a body
+  int number;  ///< index of the node or body
   bool is_body;
 
-  /// The top of a heap is the nearest; of equal bounds a body, and that with the smallest number.
+  /// Heap order, from the top: smaller bounds, then bodies before nodes, then smaller indices.
   friend bool operator<(const OpenBody& a, const OpenBody& b) {
     if (a.bound != b.bound) return a.bound > b.bound;
     if (a.is_body != b.is_body) return b.is_body;
@@ -95,7 +95,7 @@ struct OpenBody {
   }
 };
 
-/// Best first. boundOf(boxes, lane) is a lower bound, infinite of a box that is of no interest.
+/// Visits bodies best first. boundOf(boxes, lane) returns a lower bound; infinity skips the box.
 template <typename BoundOf, typename Visit>
 void visitBestFirst(const WideTree& tree, const BoundOf& boundOf, const Visit& visit) {
   const Leased<std::vector<OpenBody>> memory;

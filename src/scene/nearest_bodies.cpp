@@ -1,3 +1,4 @@
+// Distances of a scene's bodies, which are visited in order of the distance of their boxes.
 #include <algorithm>
 #include <cmath>
 
@@ -14,10 +15,10 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Lowers a distance to that of two bodies, if they are nearer. `witness`: elements that may be
-/// near, or -1. Returns whether the bodies' order in the result is the other one.
-bool lower(const Body& a, const Body& b, const std::array<int, 2>& witness,
-           const DistanceQuery<double>& query) {
+/// Lowers query.result to the distance of two bodies, if it is smaller. `witness`: elements that
+/// may be near, or -1. Returns whether the result has the bodies in reverse order.
+bool lowerDistance(const Body& a, const Body& b, const std::array<int, 2>& witness,
+                   const DistanceQuery<double>& query) {
   if (a.isMesh() && b.isMesh()) {
     const PlacedMesh first(a.placedMesh()), second(b.placedMesh());
     NearestPair nearest(first, second, query);
@@ -31,19 +32,19 @@ bool lower(const Body& a, const Body& b, const std::array<int, 2>& witness,
   return pair.is_swapped;
 }
 
-/// With the bodies in the other order.
+/// Reverses the order of the bodies.
 void swapBodies(SceneDistance<double>& distance) {
   std::swap(distance.bodies.first, distance.bodies.second);
   std::swap(distance.points[0], distance.points[1]);
   std::swap(distance.elements[0], distance.elements[1]);
 }
 
-/// Whether two bodies are nearer than `best` is; then `best` has their distance.
+/// Sets `best` to the distance of two bodies if it is smaller; returns whether it is.
 bool improve(const Body& a, const Body& b, const std::array<int, 2>& witness,
              SceneDistance<double>& best) {
   const fcl::DistanceRequestd request(true);
   fcl::DistanceResultd result(best.distance);
-  const bool is_swapped = lower(a, b, witness, {request, result});
+  const bool is_swapped = lowerDistance(a, b, witness, {request, result});
   if (!(result.min_distance < best.distance)) return false;
   best.bodies = is_swapped ? BodyPair{b.id, a.id} : BodyPair{a.id, b.id};
   best.distance = result.min_distance;
@@ -53,7 +54,7 @@ bool improve(const Body& a, const Body& b, const std::array<int, 2>& witness,
   return true;
 }
 
-/// Whether a leaf of a mesh may be at most so far from the box of another body.
+/// Whether a leaf of a mesh may be at most `distance` from the box of another body.
 bool hasNearLeaf(const Body& mesh, const WorldBox& box, double distance) {
   ShapeCore core;
   core.low = box.low;
@@ -71,38 +72,38 @@ bool hasNearLeaf(const Body& mesh, const WorldBox& box, double distance) {
 
 SceneState::Distance SceneState::nearest(BodyId body) {
   requireCurrent();
-  Body& asked = bodies[placeOf(body)];
+  Body& first = bodies[indexOf(body)];
   Distance best;
   const auto tryBody = [&](const Body& other, const std::array<int, 2>& witness) {
-    if (&other != &asked && admits(asked, other)) improve(asked, other, witness, best);
+    if (&other != &first && admits(first, other)) improve(first, other, witness, best);
   };
-  const auto& last = asked.witness;
+  const auto& last = first.witness;
   const bool has_witness = last.exists && contains(last.other);
-  if (has_witness) tryBody(bodies[placeOf(last.other)], last.elements);
+  if (has_witness) tryBody(bodies[indexOf(last.other)], last.elements);
   const auto tryOthers = [&](const Body& other) {
     const double limit = slack(best.distance);
     const bool is_tried = has_witness && other.id == last.other;
-    const bool is_far = asked.isMesh() && !hasNearLeaf(asked, other.box, limit);
+    const bool is_far = first.isMesh() && !hasNearLeaf(first, other.box, limit);
     if (!is_tried && !is_far) tryBody(other, {-1, -1});
     return slack(best.distance);
   };
-  visitByDistance(asked.box, tryOthers);
-  if (best.exists()) asked.witness = {true, best.bodies.second, best.elements};
+  visitByDistance(first.box, tryOthers);
+  if (best.exists()) first.witness = {true, best.bodies.second, best.elements};
   return best;
 }
 
 void SceneState::nearest(BodyId body, std::size_t k, std::vector<Distance>& result) const {
   requireCurrent();
-  const Body& asked = bodies[placeOf(body)];
+  const Body& first = bodies[indexOf(body)];
   result.clear();
   if (k == 0) return;
   const auto tryBody = [&](const Body& other) {
     constexpr double kFar = std::numeric_limits<double>::infinity();
     const bool is_full = result.size() == k;
-    if (&other != &asked && admits(asked, other)) {
+    if (&other != &first && admits(first, other)) {
       Distance found;
       if (is_full) found.distance = std::nextafter(result.back().distance, kFar);
-      if (improve(asked, other, {-1, -1}, found)) {
+      if (improve(first, other, {-1, -1}, found)) {
         if (!is_full || isNearerBody(found, result.back())) {
           if (is_full) result.pop_back();
           result.insert(std::upper_bound(result.begin(), result.end(), found, isNearerBody<double>),
@@ -112,15 +113,15 @@ void SceneState::nearest(BodyId body, std::size_t k, std::vector<Distance>& resu
     }
     return result.size() == k ? slack(result.back().distance) : kFar;
   };
-  visitByDistance(asked.box, tryBody);
+  visitByDistance(first.box, tryBody);
 }
 
 SceneState::Distance SceneState::distance() {
   requireCurrent();
   Distance best;
-  const Distance last = last_nearest;  // a filter may ask for the distance, too
+  const Distance last = last_nearest;  // a copy, because a filter may call this function
   if (last.exists() && contains(last.bodies.first) && contains(last.bodies.second)) {
-    const Body &a = bodies[placeOf(last.bodies.first)], &b = bodies[placeOf(last.bodies.second)];
+    const Body &a = bodies[indexOf(last.bodies.first)], &b = bodies[indexOf(last.bodies.second)];
     if (admits(a, b)) improve(a, b, last.elements, best);
   }
   for (std::size_t i = 0; i < bodies.size() && !best.exists(); ++i) best = nearest(bodies[i].id);
@@ -152,7 +153,7 @@ SceneState::Distance SceneState::distance() {
 
 namespace {
 
-/// Whether a body is inside of a solid one, whose surface it does not touch.
+/// Whether a body is inside another one, which is solid. The surfaces must not touch.
 bool isInside(const Body& inner, const Body& around) {
   if (!around.options.solid) return false;
   const PlacedMesh solid(around.placedMesh());
@@ -161,7 +162,7 @@ bool isInside(const Body& inner, const Body& around) {
   return object.kind() == ObjectKind::Shape && isContained(object.solid(), solid);
 }
 
-/// Whether the distance of two bodies, rounded to the numbers of a scene, is at most one of these.
+/// Whether the distance of two bodies, rounded to S, is at most `distance`.
 template <typename S>
 bool isRoundedAtMost(const Body& a, const Body& b, S distance) {
   const S above = std::nextafter(distance, std::numeric_limits<S>::infinity());
@@ -170,7 +171,7 @@ bool isRoundedAtMost(const Body& a, const Body& b, S distance) {
   return improve(a, b, {-1, -1}, found) && distanceAs<S>(found.distance) < above;
 }
 
-/// Whether surfaces of two bodies, or a surface and a shape, are at most so far apart.
+/// Whether two bodies are at most `distance` apart. Meshes are surfaces here, even if solid.
 bool areNearer(const Body& a, const Body& b, double distance, bool single) {
   if (b.isMesh() && !a.isMesh()) return areNearer(b, a, distance, single);
   if (b.isMesh()) return isNearer({a.placedMesh(), b.placedMesh()}, distance);

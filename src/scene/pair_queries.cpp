@@ -1,3 +1,4 @@
+// A scene's queries of all pairs: a query of two bodies for each pair, collected in order of pairs.
 #include <algorithm>
 #include <array>
 #include <tuple>
@@ -31,7 +32,7 @@ auto vectorsOf(VertexContacts<double>& c) {
                   c.barycentric, c.areas);
 }
 
-/// How much each of a result's vectors holds.
+/// The sizes of a result's vectors.
 using Mark = std::array<std::size_t, 8>;
 
 template <typename Data>
@@ -42,7 +43,7 @@ Mark endOf(Data& data) {
   return mark;
 }
 
-/// Adds what `from` holds from one mark to the other.
+/// Appends the elements of `from` between two marks to `to`.
 template <typename Data, std::size_t... I>
 void append(Data& from, const Mark& begin, const Mark& end, Data& to, std::index_sequence<I...>) {
   const auto sources = vectorsOf(from), targets = vectorsOf(to);
@@ -61,13 +62,12 @@ void append(Data& from, const Mark& begin, const Mark& end, Data& to) {
 struct Found {
   std::size_t slot;
   Mark begin, end;
-  bool counts;
+  bool is_reported;
 };
 
-/// Calls query(pair, found) for all pairs, on all threads; it appends to `found` and returns
-/// whether the pair counts. Then take(pair, mark) for each that does, in order, when `found` has
-/// all that was found for the pairs before and for this one, up to `mark`; it returns whether to go
-/// on.
+/// Calls query(pair, data) for all pairs, on several threads; it appends results to `data`, and
+/// returns whether the pair is reported. For each reported pair, in order, appends its results to
+/// `found`, then calls take(pair, end of `found`), which returns whether to continue.
 template <typename Data, typename Query, typename Take>
 void queryPairs(int threads, const std::vector<BodyPair>& pairs, const Query& query, Data& found,
                 const Take& take) {
@@ -90,26 +90,26 @@ void queryPairs(int threads, const std::vector<BodyPair>& pairs, const Query& qu
     Found& part = of_pair[at];
     part.slot = static_cast<std::size_t>(slot);
     part.begin = endOf(data);
-    part.counts = query(pairs[at], data);
+    part.is_reported = query(pairs[at], data);
     part.end = endOf(data);
   });
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Found& part = of_pair[i];
-    if (!part.counts) continue;
+    if (!part.is_reported) continue;
     append(of_slot[part.slot], part.begin, part.end, found);
     if (!take(pairs[i], endOf(found))) return;
   }
 }
 
-/// Adds each body that is to be tested against itself, where `pairs` are sorted.
-void addSelves(const std::vector<Body>& bodies, std::vector<BodyPair>& pairs) {
+/// Inserts the bodies with self_collision into sorted pairs.
+void addSelfPairs(const std::vector<Body>& bodies, std::vector<BodyPair>& pairs) {
   const std::size_t before = pairs.size();
   for (unsigned i = 0; i < bodies.size(); ++i)
     if (bodies[i].options.self_collision) pairs.push_back({i, i});
   std::inplace_merge(pairs.begin(), pairs.begin() + std::ptrdiff_t(before), pairs.end());
 }
 
-/// A body of a query for contacts, and the object that these name.
+/// A body of a query for contacts, and the object that these refer to.
 struct CollidingBody {
   explicit CollidingBody(const Body& of) : body(of), object(of.geometry.reported()) {}
 
@@ -117,7 +117,7 @@ struct CollidingBody {
   const ContactObject object;
 };
 
-/// A contact in the order of a pair, without the names of its objects.
+/// A contact with `first` as its first body, and without its objects.
 fcl::Contactd inOrder(fcl::Contactd contact, const CollidingBody& first) {
   if (contact.o1 != &first.object) {
     std::swap(contact.b1, contact.b2);
@@ -127,7 +127,7 @@ fcl::Contactd inOrder(fcl::Contactd contact, const CollidingBody& first) {
   return contact;
 }
 
-/// Adds the contacts of a body inside of a solid one, whose surfaces do not touch.
+/// Adds the contacts of a body inside another one, which is solid. The surfaces must not touch.
 void addInside(const CollidingBody& a, const QueryObject& first, const CollidingBody& b,
                const QueryObject& second, const CollisionQuery<double>& query) {
   if (b.body.options.solid && first.kind() == ObjectKind::Mesh && !query.isSatisfied())
@@ -150,20 +150,20 @@ void collideBodies(const CollidingBody& a, const CollidingBody& b,
   if (!query.request.enable_contact) unsetFields(query.result, 0);
 }
 
-/// Whether two bodies touch, with their contacts; or one itself.
+/// Whether two bodies, or a mesh and itself, touch. Appends their contacts to `found`.
 bool collidePair(const Body& a, const Body& b, const SceneCollisionRequest& request,
                  ContactList& found) {
-  const fcl::CollisionRequestd asked(std::max<std::size_t>(1, request.contacts_per_pair),
-                                     request.enable_contact && request.contacts_per_pair > 0);
+  const fcl::CollisionRequestd limited(std::max<std::size_t>(1, request.contacts_per_pair),
+                                       request.enable_contact && request.contacts_per_pair > 0);
   const Leased<fcl::CollisionResultd> leased;
   fcl::CollisionResultd& result = *leased;
   result.clear();
   const CollidingBody first(a), second(b);
   if (&a == &b) {
     const PlacedMesh mesh(a.placedMesh());
-    collideWithItself({first.object, mesh}, NeighbourFilter::SharedVertex, {}, {asked, result});
+    collideWithItself({first.object, mesh}, NeighbourFilter::SharedVertex, {}, {limited, result});
   } else {
-    collideBodies(first, second, {asked, result});
+    collideBodies(first, second, {limited, result});
   }
   for (std::size_t i = 0; i < result.numContacts() && i < request.contacts_per_pair; ++i)
     found.push_back(inOrder(result.getContact(i), first));
@@ -175,8 +175,8 @@ std::array<std::size_t, 3> offsetOf(const Mark& mark, const std::array<std::size
   return {mark[0], mark[1], mark[2]};
 }
 
-/// Overwrites a result, of which `found` is a part, by what query(first, second, found) finds for
-/// pairs of bodies, as queryPairs; up to the first pair that counts on request.
+/// Overwrites `result`, of which `found` is a member, by the results of query(first, second, data)
+/// for all pairs, as in queryPairs. With `first_only` stops at the first reported pair.
 template <typename Query, typename Result, typename Data>
 void collect(const std::vector<Body>& bodies, int threads, const std::vector<BodyPair>& pairs,
              const Query& query, Result& result, Data& found, bool first_only = false) {
@@ -197,7 +197,7 @@ void collect(const std::vector<Body>& bodies, int threads, const std::vector<Bod
       });
 }
 
-/// Collects results of a query(first, second, near) that overwrites `near`, all of which counts.
+/// Does `collect` with query(first, second, near), which overwrites `near`. Reports pairs with any.
 template <typename Query, typename Result>
 void collectFound(const std::vector<Body>& bodies, int threads, const std::vector<BodyPair>& pairs,
                   const Query& query, Result& result) {
@@ -221,7 +221,7 @@ void SceneState::collisions(const SceneCollisionRequest& request,
   requireCurrent();
   const Leased<std::vector<BodyPair>> pairs;
   findPairs(0, 0, *pairs);
-  addSelves(bodies, *pairs);
+  addSelfPairs(bodies, *pairs);
   collect(
       bodies, threads, *pairs,
       [&](const Body& a, const Body& b, ContactList& found) {
@@ -235,10 +235,10 @@ void SceneState::pairsWithin(const ProximityRequest<double>& request,
   requireCurrent();
   const Leased<std::vector<BodyPair>> pairs;
   findPairs(request.distance, 2, *pairs);
-  addSelves(bodies, *pairs);
+  addSelfPairs(bodies, *pairs);
   const auto query = [&](const Body& a, const Body& b, TrianglePairs<double>& near) {
     if (&a != &b) return findPairsWithin({a.placedMesh(), b.placedMesh()}, request, near);
-    findPairsWithin(a.inItsFrame(), request, NeighbourFilter::SharedVertex, near);
+    findPairsWithin(a.inBodyFrame(), request, NeighbourFilter::SharedVertex, near);
     for (auto& points : near.nearest_points)
       for (fcl::Vector3d& x : points) x = a.tf * x;
   };
@@ -249,12 +249,12 @@ void SceneState::featurePairsWithin(double distance, SceneFeaturePairs& result) 
   requireCurrent();
   const Leased<std::vector<BodyPair>> pairs;
   findPairs(distance, 2, *pairs);
-  addSelves(bodies, *pairs);
+  addSelfPairs(bodies, *pairs);
   FeatureProximityRequest<double> request;
   request.distance = distance;
   const auto query = [&](const Body& a, const Body& b, FeaturePairs& near) {
     if (&a == &b)
-      findFeaturePairsWithin(a.inItsFrame(), request, near);
+      findFeaturePairsWithin(a.inBodyFrame(), request, near);
     else
       findFeaturePairsWithin({a.placedMesh(), b.placedMesh()}, request, near);
   };

@@ -1,3 +1,4 @@
+// Nearest points of a scene's bodies, and first hits of rays.
 #include <cmath>
 
 #include "dispatch/convex_parts.h"
@@ -8,20 +9,20 @@
 namespace adaptive_bvh {
 namespace {
 
-/// By so much of the coordinates a bound is smaller, for rounding.
+/// Rounding error of a bound, relative to the coordinates.
 constexpr double kCellRounding = 1e-12;
 
-/// Makes `best` the nearest point of a mesh, if that is nearer.
+/// Sets `best` to the nearest point of a mesh if it is nearer.
 void improve(const Body& body, const fcl::Vector3d& x, ScenePoint<double>& best) {
   PointSearch::Nearest nearest;
   nearest.distance = best.distance;
-  const fcl::Vector3d seen = body.tf.linear().transpose() * (x - body.tf.translation());
-  PointSearch(body.mesh()).search(seen, nearest);
+  const fcl::Vector3d in_body = body.tf.linear().transpose() * (x - body.tf.translation());
+  PointSearch(body.mesh()).search(in_body, nearest);
   if (nearest.triangle < 0 || !(nearest.distance < best.distance)) return;
   best = {body.id, nearest.distance, body.tf * nearest.point, nearest.triangle};
 }
 
-/// Of a shape, or of an octree's cells.
+/// Sets `best` to the nearest point of a shape or of an octree's cells if it is nearer.
 void improveByParts(const Body& body, const fcl::Vector3d& x, ScenePoint<double>& best) {
   const auto bound = [&](const CellBall& ball) {
     const double rounding = kCellRounding * (x.norm() + ball.middle.norm());
@@ -40,7 +41,7 @@ void improveByParts(const Body& body, const fcl::Vector3d& x, ScenePoint<double>
       });
 }
 
-/// A ray of a scene and its first hit so far.
+/// A ray, and its first hit with the bodies that were tested.
 class SceneRay {
  public:
   SceneRay(const Line& line, const RayRange<double>& range, bool single)
@@ -57,9 +58,9 @@ class SceneRay {
 
  private:
   void testMesh(const Body& body) {
-    const fcl::Matrix3d back = body.tf.linear().transpose();
-    const fcl::Vector3d origin = back * (line_.origin - body.tf.translation()),
-                        direction = back * line_.direction;
+    const fcl::Matrix3d to_body = body.tf.linear().transpose();
+    const fcl::Vector3d origin = to_body * (line_.origin - body.tf.translation()),
+                        direction = to_body * line_.direction;
     requireRay(origin, direction);
     RayHit<double> first = {kNone, -1, 0, 0};
     const auto keepFirst = [&](int triangle, const RayTriangle::Hit& hit) -> double {
@@ -86,19 +87,17 @@ class SceneRay {
           return false;
         });
   }
-  /// The first t of the range at which the line crosses the surface of a shape; infinite where it
-  /// does not.
+  /// The first t of the range at which the line crosses a shape's surface; infinite if none does.
   double crossing(const PlacedSolid& placed) const {
-    const fcl::Matrix3d back = placed.tf.linear().transpose();
+    const fcl::Matrix3d to_shape = placed.tf.linear().transpose();
     const LineInterval found = placed.solid.along(
-        {back * (line_.origin - placed.tf.translation()), back * line_.direction});
+        {to_shape * (line_.origin - placed.tf.translation()), to_shape * line_.direction});
     if (found.isEmpty()) return kNone;
     for (const double end : {found.enter, found.leave})
       if (const double t = rounded(end); isIn(t)) return t + 0.;  // not -0
     return kNone;
   }
-  /// As the user sees it: of two hits that single precision does not tell apart, the order of
-  /// bodies and triangles decides which is the first.
+  /// Rounds t as in the result, so that hits with equal results are ordered by body and triangle.
   double rounded(double t) const {
     return single_ ? static_cast<double>(static_cast<float>(t)) : t;
   }

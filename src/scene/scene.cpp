@@ -1,3 +1,4 @@
+// The class Scene: checks arguments, calls SceneState in double precision, and rounds the results.
 #include "adaptive_bvh/scene.h"
 
 #include <algorithm>
@@ -17,18 +18,17 @@
 
 namespace adaptive_bvh {
 
-/// A double scene, and what the user gave of its bodies.
+/// A scene in double precision, and the caller's geometries and transforms.
 template <typename S>
 struct Scene<S>::State {
-  /// A body as the user sees it.
   struct Given {
-    std::shared_ptr<const Geometry> owned;  ///< null of one that is referenced
+    std::shared_ptr<const Geometry> owned;  ///< null if the scene only refers to the geometry
     const Geometry* geometry;
     Transform tf;
   };
 
   SceneState scene{std::is_same<S, float>::value};
-  std::vector<Given> given;  ///< by place
+  std::vector<Given> given;  ///< by index in SceneState::bodies
 };
 
 namespace {
@@ -42,7 +42,7 @@ void requireOptions(const BodyGeometry& geometry, const BodyOptions& options) {
   requireClosed(geometry.mesh(), "a solid body");
 }
 
-/// Arrays of a user's points in double precision.
+/// Points in double precision: the array itself, or a copy in `converted`.
 const fcl::Vector3d* inDouble(const fcl::Vector3d* points, std::size_t,
                               std::vector<fcl::Vector3d>&) {
   return points;
@@ -98,27 +98,27 @@ BodyId Scene<S>::add(const Geometry& geometry, const Transform& tf, const BodyOp
 template <typename S>
 void Scene<S>::remove(BodyId body) {
   SceneState& scene = state_->scene;
-  const auto place = std::ptrdiff_t(scene.placeOf(body));
-  scene.bodies.erase(scene.bodies.begin() + place);
-  state_->given.erase(state_->given.begin() + place);
+  const auto index = std::ptrdiff_t(scene.indexOf(body));
+  scene.bodies.erase(scene.bodies.begin() + index);
+  state_->given.erase(state_->given.begin() + index);
   scene.forget(body);
   scene.is_current = false;
 }
 
 template <typename S>
 void Scene<S>::setTransform(BodyId body, const Transform& tf) {
-  const std::size_t place = state_->scene.placeOf(body);
+  const std::size_t index = state_->scene.indexOf(body);
   requireRigid(tf);
-  state_->given[place].tf = tf;
-  Body& at = state_->scene.bodies[place];
+  state_->given[index].tf = tf;
+  Body& at = state_->scene.bodies[index];
   at.tf = tf.template cast<double>();
-  at.is_placed = false;
+  at.has_current_bounds = false;
   state_->scene.is_current = false;
 }
 
 template <typename S>
 void Scene<S>::setOptions(BodyId body, const BodyOptions& options) {
-  Body& at = state_->scene.bodies[state_->scene.placeOf(body)];
+  Body& at = state_->scene.bodies[state_->scene.indexOf(body)];
   requireOptions(at.geometry, options);
   at.options = options;
 }
@@ -159,15 +159,15 @@ std::vector<BodyId> Scene<S>::bodies() const {
 }
 template <typename S>
 const fcl::CollisionGeometry<S>& Scene<S>::geometry(BodyId body) const {
-  return *state_->given[state_->scene.placeOf(body)].geometry;
+  return *state_->given[state_->scene.indexOf(body)].geometry;
 }
 template <typename S>
 const fcl::Transform3<S>& Scene<S>::transform(BodyId body) const {
-  return state_->given[state_->scene.placeOf(body)].tf;
+  return state_->given[state_->scene.indexOf(body)].tf;
 }
 template <typename S>
 const BodyOptions& Scene<S>::options(BodyId body) const {
-  return state_->scene.bodies[state_->scene.placeOf(body)].options;
+  return state_->scene.bodies[state_->scene.indexOf(body)].options;
 }
 
 // ---- Which pairs count
@@ -275,7 +275,7 @@ void Scene<S>::nearest(BodyId body, std::size_t k, std::vector<SceneDistance<S>>
   answerInDouble(result, [&](std::vector<SceneDistance<double>>& found) {
     state_->scene.nearest(body, k, found);
   });
-  std::sort(result.begin(), result.end(), isNearerBody<S>);  // some may be as near, rounded
+  std::sort(result.begin(), result.end(), isNearerBody<S>);  // rounding may make distances equal
 }
 
 template <typename S>

@@ -1,3 +1,4 @@
+// The first impact of a scene's bodies in a step: searches the pairs whose swept boxes overlap.
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -14,7 +15,7 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
-/// Positions of a mesh where the step begins.
+/// Vertex positions at the start of the step.
 const std::vector<fcl::Vector3d>& startOf(const MeshState& mesh) {
   return mesh.previous.empty() ? mesh.vertices : mesh.previous;
 }
@@ -24,11 +25,11 @@ PlacedMotion motionOf(const Body& body, PlacedMotion::Memory& memory) {
   return {mesh, startOf(mesh).data(), mesh.vertices.data(), body.start_tf, body.tf, memory};
 }
 
-WorldBox around(const WorldBox& a, const WorldBox& b) {
+WorldBox unionOf(const WorldBox& a, const WorldBox& b) {
   return {a.low.cwiseMin(b.low), a.high.cwiseMax(b.high)};
 }
 
-/// Around a mesh where the step begins and where it ends. Vertices move on straight lines.
+/// The box around a mesh's motion: its start and its end, because vertices move on straight lines.
 WorldBox sweptBoxOfMesh(const Body& body) {
   fcl::Vector3d low = body.box.low, high = body.box.high;
   for (const fcl::Vector3d& x : startOf(body.mesh())) {
@@ -36,7 +37,7 @@ WorldBox sweptBoxOfMesh(const Body& body) {
     low = low.cwiseMin(at);
     high = high.cwiseMax(at);
   }
-  // Positions in the world are rounded.
+  // For the rounding of positions in the world.
   const double margin = std::numeric_limits<double>::epsilon() * 8 *
                         low.cwiseAbs().cwiseMax(high.cwiseAbs()).maxCoeff();
   return {low.array() - margin, high.array() + margin};
@@ -44,15 +45,15 @@ WorldBox sweptBoxOfMesh(const Body& body) {
 
 WorldBox sweptBoxOf(const Body& body, double turn_error) {
   if (body.isMesh()) return sweptBoxOfMesh(body);
-  return body.box.isBounded() ? around(body.box, boxAround(body, body.start_tf, turn_error))
+  return body.box.isBounded() ? unionOf(body.box, boxAround(body, body.start_tf, turn_error))
                               : body.box;
 }
 
-/// The convex parts of a body in a step: triangles, a shape, or cells.
+/// The moving convex parts of a body: triangles, a shape, or cells of an octree.
 struct MovingParts {
   std::vector<MovingPart> parts;
-  std::vector<WorldBox> boxes;    ///< of the ways of the parts
-  std::vector<unsigned> numbers;  ///< of triangles and cells; FeaturePair's number of none
+  std::vector<WorldBox> boxes;    ///< around the motion of each part
+  std::vector<unsigned> numbers;  ///< triangles or cells; SceneImpact::kNoFeature for a shape
 
   void add(const MovingPart& part, const WorldBox& box, unsigned number) {
     parts.push_back(part);
@@ -61,7 +62,7 @@ struct MovingParts {
   }
 };
 
-/// Calls use(parts) with the parts of a mesh that may be at most `separation` from a box.
+/// Calls use(parts) with the triangles of a mesh that may come within `separation` of a box.
 template <typename Use>
 void withTriangles(const Body& body, const WorldBox& other, double separation, const Use& use) {
   MovingParts found;
@@ -76,15 +77,15 @@ void withTriangles(const Body& body, const WorldBox& other, double separation, c
                                  end = corners(body.tf, mesh.vertices, t);
     WorldBox box{start[0], start[0]};
     for (const auto* points : {&start, &end})
-      for (const fcl::Vector3d& x : *points) box = around(box, {x, x});
+      for (const fcl::Vector3d& x : *points) box = unionOf(box, {x, x});
     if (gapOf(box, other) <= separation)
       found.add(MovingPart(start, end), box, static_cast<unsigned>(i));
   }
   use(found);
 }
 
-/// Calls use(parts) with a shape, whose way has a box, or with the cells of an octree that may be
-/// at most `separation` from another box.
+/// Calls use(parts) with a shape, whose motion is in `box`, or with the cells of an octree that may
+/// come within `separation` of another box.
 template <typename Use>
 void withShapes(const Body& body, const WorldBox& box, const WorldBox& other, double separation,
                 const Use& use) {
@@ -116,7 +117,7 @@ void withShapes(const Body& body, const WorldBox& box, const WorldBox& other, do
   if (is_octree) use(found);
 }
 
-/// The first contact of parts of two bodies.
+/// The first impact of a part of one body with a part of another.
 Impact firstContact(const MovingParts& first, const MovingParts& second, double separation,
                     double parallel) {
   Impact best;
@@ -143,13 +144,13 @@ Impact firstContact(const MovingParts& first, const MovingParts& second, double 
   return best;
 }
 
-/// A body, and a box around its way.
+/// A body, and the box around its motion.
 struct SweptBody {
   const Body& body;
   const WorldBox& box;
 };
 
-/// The first contact of two bodies of which the second is no mesh.
+/// The first impact of two bodies, at least one of which is not a mesh.
 Impact convexImpact(const SweptBody& a, const SweptBody& b, double separation) {
   Impact best;
   const auto with = [&](const SweptBody& of, const WorldBox& other, const auto& use) {
@@ -164,7 +165,7 @@ Impact convexImpact(const SweptBody& a, const SweptBody& b, double separation) {
   return best;
 }
 
-/// The first contact of two bodies, or of a mesh with itself.
+/// The first impact of two bodies, or of a mesh with itself.
 Impact impactOf(const SweptBody& a, const SweptBody& b, double separation) {
   if (!a.body.isMesh() || !b.body.isMesh()) return convexImpact(a, b, separation);
   const Leased<std::array<PlacedMotion::Memory, 2>> memory;
@@ -174,11 +175,11 @@ Impact impactOf(const SweptBody& a, const SweptBody& b, double separation) {
   return findEarliestImpact(first.with(second, separation));
 }
 
-/// What a query of the step keeps from call to call.
+/// Memory of earliestImpact, reused from call to call.
 struct SweptBodies {
-  std::vector<WorldBox> all_boxes;           ///< by place
-  std::vector<unsigned> bounded, unbounded;  ///< places of bodies
-  std::vector<WorldBox> boxes;               ///< of the bounded ones
+  std::vector<WorldBox> all_boxes;           ///< by index of the body
+  std::vector<unsigned> bounded, unbounded;  ///< indices of bodies
+  std::vector<WorldBox> boxes;               ///< of the bounded bodies
   BodyTree tree;
   std::vector<BodyPair> pairs;
   std::vector<Impact> impacts;

@@ -4,7 +4,7 @@
 
 namespace adaptive_bvh {
 
-// Results of a scene, rounded as those of query/single_precision.h. Contacts name no objects.
+// Rounds a scene's results to float, like query/single_precision.h. Contacts refer to no objects.
 void narrow(const SceneCollisions<double>& from, SceneCollisions<float>& to);
 void narrow(const SceneTrianglePairs<double>& from, SceneTrianglePairs<float>& to);
 void narrow(const SceneVertexContacts<double>& from, SceneVertexContacts<float>& to);
@@ -12,7 +12,7 @@ void narrow(const SceneDistance<double>& from, SceneDistance<float>& to);
 void narrow(const ScenePoint<double>& from, ScenePoint<float>& to);
 void narrow(const SceneRayHit<double>& from, SceneRayHit<float>& to);
 
-/// The order of the bodies nearest to one.
+/// The order of Scene::nearest: by distance, then by the other body's id.
 template <typename S>
 bool isNearerBody(const SceneDistance<S>& a, const SceneDistance<S>& b) {
   return a.distance != b.distance ? a.distance < b.distance : a.bodies.second < b.bodies.second;

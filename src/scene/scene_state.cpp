@@ -18,7 +18,7 @@ std::vector<Body>::const_iterator SceneState::find(BodyId id) const {
                           [](const Body& body, BodyId x) { return body.id < x; });
 }
 
-std::size_t SceneState::placeOf(BodyId id) const {
+std::size_t SceneState::indexOf(BodyId id) const {
   const auto at = find(id);
   if (at == bodies.end() || at->id != id)
     throw std::invalid_argument("adaptive_bvh: there is no body " + std::to_string(id) +
@@ -34,24 +34,24 @@ bool SceneState::contains(BodyId id) const {
 void SceneState::requireCurrent() const {
   bool is_same = is_current;
   for (const Body& body : bodies)
-    is_same = is_same && (!body.isMesh() || body.mesh().version == body.positions);
+    is_same = is_same && (!body.isMesh() || body.mesh().version == body.mesh_version);
   if (!is_same)
     throw std::logic_error(
         "adaptive_bvh: the scene has changed since its last update; call Scene::update before "
         "queries");
 }
 
-/// With fewer bodies, handing tasks to threads costs more than it gains.
+/// With fewer bodies, one thread is faster than several.
 constexpr std::size_t kParallelBodies = 64;
 
 void SceneState::update() {
   const TaskPool pool(bodies.size() >= kParallelBodies ? threads : 1);
-  is_current = false;  // until all of it is done: what follows may throw std::bad_alloc
+  is_current = false;  // stays false if std::bad_alloc is thrown below
   in_tree.clear();
   unbounded.clear();
   boxes.clear();
   pool.forEachPart(static_cast<int>(bodies.size()), pool.parts(), [&](int i, int end, int) {
-    for (; i < end; ++i) bound(bodies[static_cast<std::size_t>(i)], turnError());
+    for (; i < end; ++i) updateBounds(bodies[static_cast<std::size_t>(i)], turnError());
   });
   for (unsigned i = 0; i < bodies.size(); ++i) {
     if (!bodies[i].box.isBounded()) {
@@ -69,22 +69,22 @@ void SceneState::update() {
 }
 
 void SceneState::ignore(BodyId first, BodyId second) {
-  placeOf(first);
-  placeOf(second);
+  indexOf(first);
+  indexOf(second);
   const BodyPair pair = sorted(first, second);
   const auto at = std::lower_bound(ignored.begin(), ignored.end(), pair);
   if (at == ignored.end() || *at != pair) ignored.insert(at, pair);
 }
 void SceneState::unignore(BodyId first, BodyId second) {
-  placeOf(first);
-  placeOf(second);
+  indexOf(first);
+  indexOf(second);
   const BodyPair pair = sorted(first, second);
   const auto at = std::lower_bound(ignored.begin(), ignored.end(), pair);
   if (at != ignored.end() && *at == pair) ignored.erase(at);
 }
 void SceneState::ignoreNeighbours(const std::vector<BodyId>& chain) {
-  for (const BodyId body : chain) placeOf(body);
-  ignored.reserve(ignored.size() + chain.size());  // so all of it or nothing
+  for (const BodyId body : chain) indexOf(body);
+  ignored.reserve(ignored.size() + chain.size());  // nothing is thrown after this
   for (std::size_t i = 1; i < chain.size(); ++i) ignore(chain[i - 1], chain[i]);
 }
 void SceneState::forget(BodyId body) {

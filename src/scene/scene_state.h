@@ -7,20 +7,20 @@
 
 namespace adaptive_bvh {
 
-/// A scene in double precision, whatever the numbers of its bodies are: what a Scene asks, with the
-/// same names and contracts. Its contacts name no objects.
+/// A scene in double precision, whatever the number type of its bodies. Scene calls its members of
+/// the same names; they have the contracts of Scene, but contacts refer to no objects.
 struct SceneState {
   using Filter = Scene<double>::Filter;
   using Distance = SceneDistance<double>;
 
-  /// In single precision, transforms may be farther from rigid motions, and hits of rays and limits
-  /// of distances are compared as they are rounded.
+  /// For a Scene<float>, transforms may deviate more from rigid motions, and hits of rays and
+  /// limits of distances are compared after rounding to float.
   explicit SceneState(bool is_single) : single(is_single) {}
 
   bool single;
   std::vector<Body> bodies;  ///< by increasing id
   BodyId next_id = 0;
-  std::vector<BodyPair> ignored;  ///< sorted, each the smaller id first
+  std::vector<BodyPair> ignored;  ///< sorted; each has the smaller id first
   Filter filter;
   int threads = 1;
 
@@ -28,14 +28,14 @@ struct SceneState {
   bool is_current = true;
   std::vector<unsigned> in_tree, unbounded;
   BodyTree tree;
-  std::vector<WorldBox> boxes;  ///< of those in the tree
+  std::vector<WorldBox> boxes;  ///< of the bodies in the tree
 
-  Distance last_nearest;  ///< the pair that `distance` found last
+  Distance last_nearest;  ///< witness cache: the pair that `distance` found last
 
-  /// The place of a body. Throws std::invalid_argument when there is none.
-  std::size_t placeOf(BodyId id) const;
+  /// The index of a body in `bodies`. Throws std::invalid_argument if there is no such body.
+  std::size_t indexOf(BodyId id) const;
   bool contains(BodyId id) const;
-  /// Throws std::logic_error unless everything is as it was in the last update.
+  /// Throws std::logic_error if bodies, transforms or meshes have changed since the last update.
   void requireCurrent() const;
   void update();
 
@@ -44,27 +44,27 @@ struct SceneState {
   void ignore(BodyId first, BodyId second);
   void unignore(BodyId first, BodyId second);
   void ignoreNeighbours(const std::vector<BodyId>& chain);
-  /// Removes all pairs of a body.
+  /// Removes the ignored pairs of a body.
   void forget(BodyId body);
   bool admits(const Body& a, const Body& b) const;
 
-  /// How far a matrix that requireRigid accepts may be from a rotation, and what is rounded.
+  /// Largest deviation from a rotation of a matrix that requireRigid accepts, plus rounding.
   double turnError() const { return single ? 2e-3 : 2e-6; }
-  /// Distances of two bodies count in either's frame, by rotations that are such up to an error.
+  /// An upper bound of a distance in the world that was measured in the frame of either body.
   double slack(double distance) const { return distance * (1 + turnError()); }
 
-  /// Calls visit(body) for all bodies, those without bounds first, then by how far their boxes are
-  /// from a box at least; it returns the distance from which on no more are wanted.
+  /// Calls visit(body) for unbounded bodies, then for others by the distance of their boxes from
+  /// `box` (if bounded). `visit` returns the distance beyond which no bodies are needed.
   template <typename Visit>
   void visitByDistance(const WorldBox& box, const Visit& visit) const {
-    for (const unsigned place : unbounded) visit(bodies[place]);
+    for (const unsigned index : unbounded) visit(bodies[index]);
     if (box.isBounded())
       tree.visitByDistance(box, [&](unsigned i, double) { return visit(bodies[in_tree[i]]); });
     else
-      for (const unsigned place : in_tree) visit(bodies[place]);
+      for (const unsigned index : in_tree) visit(bodies[index]);
   }
-  /// All pairs that count whose boxes are at most so far apart, by places, sorted: those with at
-  /// least so many meshes.
+  /// Finds the admitted pairs of bodies with at least `meshes` meshes whose bounds are at most
+  /// `distance` apart, as sorted pairs of indices.
   void findPairs(double distance, int meshes, std::vector<BodyPair>& pairs) const;
 
   // ---- Queries

@@ -1,20 +1,20 @@
-// Arrows and segments of the run, all of one label in one colour.
+// The recorded arrows and segments. All with one label have one colour.
 const labelColours = ["#0b8f86", "#e8590c", "#6741d9", "#2f9e44", "#c2255c", "#1971c2"];
 
-// The labels of one kind, in the order in which they come.
+// The labels of a kind (arrows or segments), in the order of their first use.
 function labelsOf(kind) {
   return [...new Set(run.frames.flatMap((frame) => (frame[kind] || []).map(({label}) => label)))];
 }
 const arrowLabels = labelsOf("arrows"), segmentLabels = labelsOf("segments");
 
-// Lengths of the arrows with a label, by frame: the longest, and how many.
+// For each label and frame, the length of the longest arrow and the number of arrows.
 const arrowLengths = arrowLabels.map((label) => run.frames.map((frame) => {
   const found = (frame.arrows || []).filter((arrows) => arrows.label === label)
     .flatMap(({blocks}) => readWorldPoints(blocks[1]).map((vector) => vector.length()));
   return {longest: found.reduce((a, b) => Math.max(a, b), 0), count: found.length};
 }));
 
-// Many copies of a shape that stands on the origin, along y, one long.
+// Draws many copies of a shape of length 1, which begins at the origin and points along y.
 class Copies {
   constructor(geometry) {
     this.geometry = geometry;
@@ -22,7 +22,7 @@ class Copies {
     this.mesh = null;
   }
 
-  // Each from `from` along a direction, with a length and a thickness, in the scene.
+  // Draws a copy for each entry {from, direction, length, width}, in scene coordinates.
   show(list) {
     if (!this.mesh || list.length > this.capacity) {
       if (this.mesh) scene.remove(this.mesh);
@@ -52,7 +52,7 @@ class LabelView {
     for (const {material} of [this.rods, this.tips]) material.color.set(colour);
   }
 
-  // From and to, in the scene.
+  // The pairs [from, to] of a frame, in scene coordinates.
   pairsIn(frame) {
     const pairs = [];
     for (const {label, scale, blocks} of run.frames[frame][this.kind] || []) {
@@ -67,7 +67,7 @@ class LabelView {
     return pairs;
   }
 
-  // Of arrows without a scale: the longest of the run is an eighth of the scene.
+  // The scale of arrows without a recorded one: the longest is an eighth of the scene's diameter.
   usualScale() {
     const longest = arrowLengths[arrowLabels.indexOf(this.label)]
       .reduce((all, {longest: one}) => Math.max(all, one), 0);

@@ -1,10 +1,10 @@
-// Colours by number, told apart also by those who do not see red and green.
+// The bodies: surfaces with edges, colours and patches. `ramp` makes colour scales from 0 to 1.
 function ramp(stops) {
   const colours = stops.map((stop) => new THREE.Color(stop));
   const at = (t) => {
-    const place = Math.min(Math.max(t, 0), 1) * (colours.length - 1);
-    const i = Math.min(Math.floor(place), colours.length - 2);
-    return colours[i].clone().lerp(colours[i + 1], place - i);
+    const position = Math.min(Math.max(t, 0), 1) * (colours.length - 1);
+    const i = Math.min(Math.floor(position), colours.length - 2);
+    return colours[i].clone().lerp(colours[i + 1], position - i);
   };
   const table = new Float32Array(3 * 256);
   for (let i = 0; i < 256; ++i) at(i / 255).toArray(table, 3 * i);
@@ -19,6 +19,7 @@ function ramp(stops) {
   };
 }
 
+// Readable without distinguishing red from green.
 const inflationRamp = ramp(["#3f8efc", "#8f6bd9", "#f0731c"]);
 const clearanceRamp = ramp(["#b2182b", "#ef8a62", "#f3e9df", "#67a9cf", "#2166ac"]);
 const kRefitted = "#12b76a";
@@ -30,13 +31,12 @@ function css(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
-// The surfaces: shaded, edges on request, painted where a clearance was recorded.
 const clearanceEnds = extremes(run.frames.flatMap((frame) => frame.bodies
   .filter((body) => body.clearance)
   .flatMap((body) => [body.clearance.low, body.clearance.high])));
 const hasClearance = clearanceEnds[0] <= clearanceEnds[1];
 
-// The normal of a triangle, times twice its area, into `out`.
+// Writes the normal of a triangle, whose length is twice its area.
 function writeNormal(positions, triangles, t, out) {
   const [a, b, c] = [3 * triangles[t], 3 * triangles[t + 1], 3 * triangles[t + 2]];
   const ux = positions[b] - positions[a], vx = positions[c] - positions[a];
@@ -45,9 +45,9 @@ function writeNormal(positions, triangles, t, out) {
   out.set(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx);
 }
 
-// What is drawn of a surface: a vertex of its own on each side of a sharp edge, so that a box has
-// flat faces. `source`: the recorded vertex of each; `corners`: three of them a triangle.
-const kSharp = 0.5;  // cosine of the angle that the normals of two triangles make
+// Splits vertices at sharp edges, so that a box has flat faces. Returns the recorded vertex of each
+// drawn vertex (`source`), and three drawn vertices for each triangle (`corners`).
+const kSharp = 0.5;  // cosine of the angle between the normals of two triangles
 function splitAtSharpEdges(positions, triangles) {
   const corners = new Uint32Array(triangles.length), source = [], normals = [];
   const drawn = Array.from({length: positions.length / 3}, () => []), normal = new THREE.Vector3();
@@ -68,7 +68,7 @@ function splitAtSharpEdges(positions, triangles) {
   return {source, corners};
 }
 
-// Of every vertex the mean of its triangles' normals by area: what makes a coarse mesh look smooth.
+// Writes vertex normals for smooth shading: means of the adjacent normals, weighted by area.
 function writeNormals(positions, corners, normals) {
   const normal = new THREE.Vector3();
   normals.fill(0);
@@ -89,7 +89,7 @@ function writeNormals(positions, corners, normals) {
   }
 }
 
-// What all surfaces are made of, before their colour.
+// The common material of all surfaces.
 function surfaceMaterial(options) {
   return new THREE.MeshPhongMaterial({side: THREE.DoubleSide, specular: 0x16181c, shininess: 18,
     polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, ...options});
@@ -117,7 +117,7 @@ class BodyView {
     if (!this.absent && now.positions !== this.shownPositions) {
       readPoints(now.positions, this.positions);
       if (!this.source) this.split();
-      this.place();
+      this.updateGeometry();
       this.shownPositions = now.positions;
     }
     this.showPatches(now.patches);
@@ -130,7 +130,7 @@ class BodyView {
       if (other) placeAs(other, this.mesh);
   }
 
-  // By the sharp edges that the first positions have.
+  // Splits vertices at the sharp edges of the first positions.
   split() {
     Object.assign(this, splitAtSharpEdges(this.positions, this.triangles));
     for (const name of ["position", "normal", "color"])
@@ -139,7 +139,8 @@ class BodyView {
     this.geometry.setIndex(new THREE.BufferAttribute(this.corners, 1));
   }
 
-  place() {
+  // Copies recorded positions to the drawn vertices, and computes normals.
+  updateGeometry() {
     const {position, normal} = this.geometry.attributes;
     this.source.forEach((from, to) => {
       for (let k = 0; k < 3; ++k) position.array[3 * to + k] = this.positions[3 * from + k];
@@ -148,7 +149,7 @@ class BodyView {
     position.needsUpdate = normal.needsUpdate = true;
   }
 
-  // Makes the square of a plane larger than the scene, about the point nearest to its middle.
+  // Enlarges the square of a plane beyond the scene, about its point nearest to the scene's origin.
   spread(size) {
     const {matrix} = this.mesh, axes = [0, 1, 2].map(() => new THREE.Vector3());
     const corner = (i) => new THREE.Vector3().fromArray(this.positions, 3 * i).applyMatrix4(matrix);
@@ -162,7 +163,7 @@ class BodyView {
       .premultiply(new THREE.Matrix4().makeTranslation(nearest.x, nearest.y, nearest.z));
   }
 
-  // Coloured triangles lie over the surface, whose vertices they share.
+  // Draws coloured triangles over the surface. They share its vertices.
   showPatches(block) {
     if (block === this.shownPatches) return;
     this.shownPatches = block;
@@ -204,6 +205,7 @@ class BodyView {
     material.needsUpdate = true;
   }
 
+  // Colours the vertices by clearance, or all in the body's colour.
   paint(clearance) {
     const wanted = settings.clearance && clearance ? clearance : "plain";
     if (wanted === this.shownPaint) return;

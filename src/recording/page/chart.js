@@ -1,6 +1,6 @@
-// Lines over frames, with a mark at the frame shown. The pointer picks a frame and reads values.
+// A line chart over frames, with a mark at the frame shown. The pointer selects and reads frames.
 class Chart {
-  // series: [{name, colour (of the style sheet), values}], format: of a value, pick: of a frame
+  // series: [{name, colour (in the style sheet), values}]; format(value): text; pick(frame): shows
   constructor(title, series, format, pick) {
     Object.assign(this, {title, series, format, pick, frame: 0, hovered: null});
     const box = document.createElement("div");
@@ -13,7 +13,7 @@ class Chart {
     const [low, high] = extremes(known), usual = known.sort((a, b) => a - b)[
       Math.floor(0.95 * (known.length - 1))];
     this.low = Math.min(0, low);
-    this.high = Math.min(high, usual > 0 ? 2.5 * usual : high);  // few that stand out are cut
+    this.high = Math.min(high, usual > 0 ? 2.5 * usual : high);  // cuts off outliers
     if (!(this.high > this.low)) this.high = this.low + 1;
     this.listen();
   }
@@ -46,7 +46,7 @@ class Chart {
     const width = canvas.clientWidth, height = canvas.clientHeight;
     if (canvas.width !== Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
     if (canvas.height !== Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
-    // Drawn by the processor: for a few lines the graphics card takes longer to begin.
+    // Draws on the CPU, which is faster for a few lines.
     const pen = canvas.getContext("2d", {willReadFrequently: true});
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.clearRect(0, 0, width, height);

@@ -1,7 +1,7 @@
-// The run as it was recorded: JSON, and arrays of numbers in base64 beside it.
+// The recorded run: JSON, and arrays of numbers in base64.
 const run = JSON.parse(document.getElementById("run").textContent);
 const pageBytes = [...document.scripts].reduce((all, {text}) => all + text.length, 0);
-const kSteps = 65535;  // of a coordinate, along its side of the box
+const kSteps = 65535;  // quantization steps of a coordinate, over the side of the bounding box
 const kVolumeNumbers = 16;
 
 function decodeBase64(text) {
@@ -14,7 +14,7 @@ function decodeBase64(text) {
 const data = decodeBase64(document.getElementById("data").textContent);
 document.getElementById("data").remove();
 
-// What a frame leaves out is as in the frame before. A body that is not in it is absent.
+// Fills in what a frame omits: values of the previous frame. A missing body is marked as absent.
 run.frames.forEach((frame, f) => {
   frame.bodies = run.bodies.map((_, b) => {
     const body = frame.bodies[b], before = f > 0 ? run.frames[f - 1].bodies[b] : {};
@@ -25,7 +25,7 @@ run.frames.forEach((frame, f) => {
   });
 });
 
-// The points of a block, seen from the corner `low` of their box.
+// Reads the points of a block into `out`, relative to the lowest corner of their box (block.low).
 function readPoints(block, out) {
   const steps = new Uint16Array(data, block.at, 3 * block.count);
   const [x, y, z] = block.size.map((side) => side / kSteps);
@@ -44,7 +44,7 @@ function readWorldPoints(block) {
     points[3 * i + 1] + block.low[1], points[3 * i + 2] + block.low[2]));
 }
 
-// Indices of the coloured triangles, and after them the patch of each.
+// The indices of the coloured triangles, followed by the patch of each.
 function readPatches(block) {
   return new Uint32Array(data, block.at, 2 * block.count);
 }
@@ -60,7 +60,7 @@ function readTriangles(body) {
   return new Numbers(data, body.indices, 3 * body.triangles);
 }
 
-// The recorded volumes of a body in a frame, as they lie in memory (VolumeRecord in body.h).
+// The recorded volumes of a body in a frame, in the layout of VolumeRecord (body.h).
 function readVolumes(frame, body) {
   const [at, count] = run.frames[frame].bodies[body].volumes;
   return new Float32Array(data, at, kVolumeNumbers * count);
@@ -68,7 +68,7 @@ function readVolumes(frame, body) {
 const volumeField = {corner: 0, axis: 3, side: 9, radius: 11, inflation: 12, depth: 13, leaf: 14,
   refitted: 15};
 
-// Of a frame: sums over the bodies with volumes that were updated in it; undefined without any.
+// The totals of a frame's updates, over bodies with volumes; undefined if there are none.
 function updateOf(frame) {
   const updates = run.frames[frame].bodies.map((body) => body.update)
     .filter((update) => update && update.nodes > 0);
@@ -78,7 +78,7 @@ function updateOf(frame) {
     displacement: Math.max(...updates.map((update) => update.displacement))};
 }
 
-// The smallest clearance of any body in a frame; undefined without any.
+// The smallest clearance of all bodies in a frame; undefined if none was recorded.
 function leastClearance(frame) {
   const found = run.frames[frame].bodies.filter((body) => body.clearance);
   return found.length ? Math.min(...found.map((body) => body.clearance.low)) : undefined;
@@ -93,7 +93,7 @@ function extremes(list) {
   return [low, high];
 }
 
-// Three digits.
+// A number as text, with three significant digits.
 function number(value) {
   const rounded = Number(value.toPrecision(3));
   if (rounded === 0) return "0";
@@ -102,7 +102,7 @@ function number(value) {
     : rounded.toFixed(Math.max(0, 2 - exponent));
 }
 
-// A metric length gets the unit in which it is at least 1; any other keeps the run's.
+// A length as text. A metric length has a unit in which it is at least 1; others keep their unit.
 const metres = {km: 1e3, m: 1, dm: 0.1, cm: 1e-2, mm: 1e-3, "µm": 1e-6, um: 1e-6, nm: 1e-9}[run.unit];
 function length(value) {
   if (!metres || value === 0) return number(value) + (run.unit ? " " + run.unit : "");
@@ -112,7 +112,7 @@ function length(value) {
   return `${number(value * metres / factor)} ${unit}`;
 }
 
-// The largest of ..., 1, 2, 5, 10, ... that is not larger.
+// The largest number of the sequence 1, 2, 5, 10, ... (times a power of ten) that is not larger.
 function roundDown(value) {
   const power = 10 ** Math.floor(Math.log10(value));
   return power * [5, 2, 1].find((factor) => factor * power <= value * (1 + 1e-9));
@@ -121,9 +121,9 @@ function roundDown(value) {
 const shown = {
   number,
   length,
-  // Of a round length: without zeros at its end.
+  // A length, without trailing zeros.
   round: (value) => length(value).replace(/(\.\d*?)0+(?= |$)/, "$1").replace(/\.(?= |$)/, ""),
-  // Beside a larger length.
+  // A length of a range up to `largest`: 0 if it is negligible.
   short: (value, largest) => length(Math.abs(value) < 1e-4 * largest ? 0 : value),
   time: (value) => number(value) + " ms",
   count: (value) => value.toLocaleString("en"),

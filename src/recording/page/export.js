@@ -1,12 +1,12 @@
-// The view as a PNG file, and the run as a video, or as one PNG file a frame where the browser makes
-// no videos.
+// Saves the view as a PNG file, and the run as a video, or as a PNG file for each frame if the
+// browser cannot record videos.
 const pictureCanvas = document.createElement("canvas");
 
-// Draws background, scene, scale bar and the frame's number.
+// Draws background, scene, scale bar and frame number on a canvas, and returns it.
 function composeView() {
   render();
   const ratio = canvas.width / Math.max(canvas.clientWidth, 1), {width, height} = canvas;
-  // Encoders of videos need even sizes.
+  // Video encoders need even sizes.
   pictureCanvas.width = width - width % 2;
   pictureCanvas.height = height - height % 2;
   const pen = pictureCanvas.getContext("2d");
@@ -56,7 +56,7 @@ async function savePicture() {
 const videoType = ["video/webm;codecs=vp9", "video/webm", "video/mp4"].find((type) =>
   window.MediaRecorder && MediaRecorder.isTypeSupported(type));
 
-// Calls `work` after each frame has been shown; `goesOn` may end it.
+// Shows all frames and calls work(frame) for each, while goesOn() returns true.
 async function eachFrame(work, goesOn) {
   const before = frameShown;
   pause();
@@ -67,7 +67,7 @@ async function eachFrame(work, goesOn) {
   show(before);
 }
 
-// All frames as a video, as fast as the run plays.
+// Records all frames as a video, at the speed of the player.
 async function filmFrames(goesOn) {
   const film = new MediaRecorder(composeView().captureStream(), {mimeType: videoType,
     videoBitsPerSecond: 8e6});

@@ -1,5 +1,5 @@
-// Nearest points as segments, contacts as points. Both keep their size on the screen, and what lies
-// behind a surface is drawn faintly.
+// Nearest points, drawn as segments, and contacts, drawn as points. Both have a constant size on
+// the screen. Parts behind a surface are drawn faintly.
 class Segments {
   constructor() {
     this.group = new THREE.Group();
@@ -18,7 +18,7 @@ class Segments {
     this.faint.color.set(colour);
   }
 
-  // Pairs of points in the world.
+  // Shows pairs of points, given in the world.
   show(pairs) {
     this.shown = pairs.map((pair) => [pair.slice(0, 3), pair.slice(3)].map((point) =>
       new THREE.Vector3(...point).applyMatrix4(world.matrix)));
@@ -35,12 +35,12 @@ class Segments {
   keepSize() {
     const up = new THREE.Vector3(0, 1, 0);
     this.shown.forEach(([a, b], i) => {
-      const middle = a.clone().lerp(b, 0.5), way = b.clone().sub(a), length = way.length();
+      const middle = a.clone().lerp(b, 0.5), axis = b.clone().sub(a), length = axis.length();
       const pixel = pixelAt(middle);
       for (const first of [6 * i, 6 * i + 3]) {
         const [rod, from, to] = this.group.children.slice(first, first + 3);
         rod.position.copy(middle);
-        if (length > 0) rod.quaternion.setFromUnitVectors(up, way.clone().divideScalar(length));
+        if (length > 0) rod.quaternion.setFromUnitVectors(up, axis.clone().divideScalar(length));
         rod.scale.set(1.7 * pixel, Math.max(length, 1e-9), 1.7 * pixel);
         from.position.copy(a);
         to.position.copy(b);

@@ -1,4 +1,4 @@
-// The numbers, charts and settings beside the scene.
+// The panel beside the scene: numbers, charts, settings and texts.
 const element = (id) => document.getElementById(id);
 const hasPatches = run.frames.some((frame) => frame.bodies.some((body) => body.patches));
 const settings = {volumes: false, depth: 0, edges: false, clearance: hasClearance, patches: true};
@@ -13,7 +13,7 @@ const columns = {
 };
 const isRecorded = (name) => columns[name].some((value) => value !== undefined);
 
-// Rows of the table of numbers: [id, label, colour of its line, text in a frame]; those recorded.
+// The rows of the table of recorded numbers: [id, label, colour of the line, text(frame)].
 const rows = [
   ["distance", "Distance", "--distance", (f) => shown.length(columns.distance[f])],
   ["clearance", "Least clearance", null, (f) => shown.length(columns.clearance[f])],
@@ -65,7 +65,7 @@ function makeCharts(pick) {
   return charts;
 }
 
-// A row of the settings: box, label and what follows it.
+// Adds a row of the settings, with a checkbox, a label and more elements; returns the checkbox.
 function addSetting(id, label, on, change, {parent = "show", more = []} = {}) {
   const row = document.createElement("div"), box = document.createElement("input");
   const name = document.createElement("span"), words = document.createElement("label");
@@ -82,7 +82,7 @@ function addSetting(id, label, on, change, {parent = "show", more = []} = {}) {
   return box;
 }
 
-// An input that calls `change` with its value.
+// Makes an input element that calls change(value).
 function input(properties, label, change) {
   const made = Object.assign(document.createElement("input"), properties);
   made.setAttribute("aria-label", label);
@@ -121,7 +121,7 @@ function refittedKey() {
   return key;
 }
 
-// "a", "a and b", "a, b and c"
+// Joins names: "a", "a and b", "a, b and c".
 function listed(names) {
   return names.length < 2 ? names.join("") : `${names.slice(0, -1).join(", ")} and ${names[names.length - 1]}`;
 }
@@ -130,7 +130,7 @@ function plural(count, one, many) {
   return `${shown.count(count)} ${count === 1 ? one : many || one + "s"}`;
 }
 
-// What the picture shows, in words.
+// A caption: what the view shows, in words.
 function captionOf(frame, bodies, volumes) {
   const now = run.frames[frame], visible = run.bodies.filter((_, b) => bodies[b].mesh.visible);
   const said = [];

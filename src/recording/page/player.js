@@ -1,4 +1,4 @@
-// The player: which frame is shown, and what the user does about it.
+// The player: shows frames, and handles the controls, keys and the page's address.
 const bodies = run.bodies.map((body, index) => new BodyView(body, index));
 const volumes = run.bodies.map((body, index) => new VolumeView(body, index));
 const segments = new Segments(), contacts = new Contacts();
@@ -42,14 +42,14 @@ function showVolumes() {
   wantRender();
 }
 
-// Refitted volumes light up when their frame comes, and fade.
+// Highlights refitted volumes when their frame is shown, and fades them.
 beforeRender.push(() => {
   const share = Math.max(0, 1 - (performance.now() - flashFrom) / kFlashMs);
   volumes.forEach((view) => view.setFlash(share));
   if (share > 0) wantRender();
 });
 
-// The distance, beside the first segment.
+// Places the text of the distance beside the first segment.
 beforeRender.push(() => {
   const tag = element("tag"), pair = segments.shown[0];
   const text = columns.distance[frameShown];
@@ -63,7 +63,7 @@ beforeRender.push(() => {
   tag.style.transform = `translate(${Math.round(x)}px, ${Math.round(y)}px)`;
 });
 
-let timer = 0, due = 0;  // when the next frame is
+let timer = 0, due = 0;  // time of the next frame
 function play() {
   if (run.frames.length < 2) return;
   if (frameShown === run.frames.length - 1) show(0);
@@ -73,7 +73,7 @@ function play() {
   waitForNext();
 }
 
-// A frame that comes late does not make the next ones hurry.
+// Shows the next frame when it is due. Delays of more than a frame are not caught up.
 function waitForNext() {
   due = Math.max(due + 1000 / run.framesPerSecond, performance.now());
   timer = setTimeout(() => {
@@ -185,7 +185,7 @@ function makeVolumeSettings() {
   element("show").append(row);
 }
 
-// [keys, as they are shown, what they do, whether this run has it]
+// [names of keys, their function, whether it applies to this run]
 const keyList = [
   ["Space", "play, pause", true], ["← →", "step", true], ["Home End", "first, last frame", true],
   ["Shift+← → ↑ ↓", "turn the view", true], ["Z X", "zoom in, out", true],
@@ -244,7 +244,7 @@ function setColours() {
   wantRender();
 }
 
-// run.html#frame=20&depth=4&view=... opens the page there.
+// Applies the values of the page's address, such as run.html#frame=20&depth=4&view=...
 function readAddress() {
   const wanted = new URLSearchParams(location.hash.slice(1));
   if (wanted.has("depth")) setDepth(Number(wanted.get("depth")) || 0);
@@ -263,19 +263,19 @@ readAddress();
 sayPlaying();
 render();
 
-// For tests, and for those who want to steer the page by a script.
+// For tests and for scripts that control the page.
 window.adaptiveBvhPage = {
   run, settings, show, play, pause, setDepth, orbit, render, shown, composeView, filmFrames,
   labelViews, scaleBar, bodies,
   get frame() { return frameShown; },
   get playing() { return playing; },
   get firstPictureMs() { return firstPictureMs; },
-  // Positions of a body as they are drawn, less `low` of its box.
+  // Positions of a body as drawn, relative to the lowest corner of its box.
   positions: (body) => bodies[body].positions,
-  // Of a body, at the depth shown.
+  // Numbers of a body's volumes at the depth shown.
   volumes: (body) => ({count: volumes[body].count, refitted: volumes[body].refitted,
     others: volumes[body].others}),
-  // The picture: rows from the bottom, four bytes a pixel.
+  // The rendered image: rows from bottom to top, four bytes per pixel.
   pixels() {
     render();
     const gl = renderer.getContext(), {width, height} = canvas;

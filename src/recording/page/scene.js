@@ -1,14 +1,14 @@
-// The scene: camera, light, and the frame of reference. All is scaled to a size of about one and
-// moved to the origin, in double precision, before the graphics card computes in single precision.
+// The scene: coordinates, camera, light, grid and scale bar. The world is moved to the origin and
+// scaled to a radius of 1 in double precision, because the GPU computes in single precision.
 const canvas = document.getElementById("scene");
 
-// A recorded pose (x, y, z, origin) as the numbers of a Matrix4.
+// Converts a recorded pose (x, y, z, origin) to the numbers of a Matrix4.
 function matrixOf(pose) {
   return [0, 1, 2, 3].flatMap((column) => [...pose.slice(3 * column, 3 * column + 3),
     column === 3 ? 1 : 0]);
 }
 
-// Some of the points that are seen in the run, in the world.
+// A sample of the run's points, in the world.
 function samplePoints(unboundedToo) {
   const points = [], step = Math.max(1, Math.floor(run.frames.length / 16));
   for (let f = 0; f < run.frames.length; f += step)
@@ -24,6 +24,7 @@ function samplePoints(unboundedToo) {
   return points;
 }
 
+// The transform from the world to the scene, and the sample points in the scene.
 const world = (() => {
   const bounded = samplePoints(false), points = bounded.length ? bounded : samplePoints(true);
   const box = new THREE.Box3().setFromPoints(points);
@@ -38,7 +39,7 @@ const world = (() => {
   return {matrix, scale, points: points.map((point) => point.applyMatrix4(matrix))};
 })();
 
-// Where something lies in the scene that is given in a body's frame, seen from `low`.
+// Sets the transform of an object with coordinates in a body's frame, relative to `low`.
 function placeInScene(object, pose, low) {
   object.matrixAutoUpdate = false;
   object.matrix.copy(world.matrix);
@@ -73,7 +74,7 @@ const renderer = (() => {
   }
 })();
 
-const beforeRender = [];  // called with the camera in place
+const beforeRender = [];  // functions called before each rendering, the first places the camera
 let renderWanted = false;
 let firstPictureMs = null;
 
@@ -85,6 +86,7 @@ function render() {
   if (firstPictureMs === null) firstPictureMs = performance.now();
 }
 
+// Requests a rendering in the next animation frame.
 function wantRender() {
   if (renderWanted) return;
   renderWanted = true;
@@ -103,29 +105,29 @@ function fitCanvas() {
 }
 window.addEventListener("resize", fitCanvas);
 
-// The size in the scene of a pixel at a point of it.
+// The size of a pixel at a point of the scene, in scene coordinates.
 function pixelAt(point) {
   return camera.position.distanceTo(point) * 2 * Math.tan(camera.fov * Math.PI / 360) /
     Math.max(canvas.clientHeight, 1);
 }
 
-// Sets one value of the page's address, which is read when the page opens.
+// Stores a value in the page's address, which is read when the page opens.
 function saveInAddress(name, value) {
   const values = new URLSearchParams(location.hash.slice(1));
   values.set(name, value);
   try {
     history.replaceState(null, "", "#" + values.toString().replace(/%2C/g, ","));
-  } catch (error) { /* a page inside of another one may have no address */ }
+  } catch (error) { /* an embedded page may have no address */ }
 }
 
-// Looking around: turn, zoom and move the view by mouse, pen or fingers.
+// The orbit control: turns, zooms and moves the view by mouse, pen or touch.
 const orbit = (() => {
   const kStart = {turn: 0.62, tilt: 0.42, zoom: 1};
   const view = {};
   const target = new THREE.Vector3();
   const pointers = new Map();
 
-  // From where the sample points, seen in the first direction, fill the picture.
+  // The distance at which the sample points fill the image in the initial view direction.
   function fittingDistance() {
     const {turn, tilt} = kStart, high = Math.tan(camera.fov * Math.PI / 360);
     const out = new THREE.Vector3(Math.sin(turn) * Math.cos(tilt), Math.sin(tilt),
@@ -137,7 +139,7 @@ const orbit = (() => {
       0.1);
   }
 
-  function place() {
+  function placeCamera() {
     const {turn, tilt} = view, distance = view.zoom * fittingDistance();
     camera.position.set(Math.sin(turn) * Math.cos(tilt), Math.sin(tilt),
       Math.cos(turn) * Math.cos(tilt)).multiplyScalar(distance).add(target);
@@ -154,7 +156,7 @@ const orbit = (() => {
     changed();
   }
 
-  // The user has changed the view: keeps it in the address, so that a copied link shows it.
+  // Redraws a changed view, and stores it in the address after a pause, so that links include it.
   let saving = 0;
   function changed() {
     wantRender();
@@ -167,7 +169,7 @@ const orbit = (() => {
     saveInAddress("view", numbers.map((number) => Number(number.toFixed(4))).join(","));
   }
 
-  // The view that an address holds.
+  // Sets the view from its text in the address.
   function load(text) {
     const numbers = (text || "").split(",").map(Number);
     if (numbers.length !== 6 || !numbers.every(Number.isFinite) || !(numbers[2] > 0)) return;
@@ -195,7 +197,7 @@ const orbit = (() => {
     changed();
   }
 
-  // Middle of the fingers, and how far they are apart.
+  // The midpoint of two touches, and their distance.
   function grip() {
     const [a, b] = [...pointers.values()];
     return {x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, apart: Math.hypot(a.x - b.x, a.y - b.y) || 1};
@@ -204,7 +206,7 @@ const orbit = (() => {
   canvas.addEventListener("pointerdown", (event) => {
     try {
       canvas.setPointerCapture(event.pointerId);
-    } catch (error) { /* a pointer that is gone already */ }
+    } catch (error) { /* the pointer no longer exists */ }
     pointers.set(event.pointerId, {x: event.clientX, y: event.clientY});
   });
   canvas.addEventListener("pointermove", (event) => {
@@ -231,12 +233,12 @@ const orbit = (() => {
   }, {passive: false});
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
   canvas.addEventListener("dblclick", reset);
-  beforeRender.push(place);
+  beforeRender.push(placeCamera);
   Object.assign(view, kStart);
   return {reset, rotate, zoom, move, load, view, target};
 })();
 
-// A grid of round squares below everything, and a scale bar: a round length where the view turns.
+// A grid below the bodies, with squares of a round length.
 const gridSquare = roundDown(0.2 / world.scale);
 const grid = (() => {
   const side = gridSquare * world.scale, half = Math.ceil(1.3 / side);
@@ -249,6 +251,7 @@ const grid = (() => {
   return made;
 })();
 
+// The scale bar: a round length at the centre of the view.
 const scaleBar = {pixels: 0, text: ""};
 beforeRender.push(() => {
   const pixel = pixelAt(orbit.target) / world.scale, kPixels = 120;

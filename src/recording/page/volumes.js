@@ -1,15 +1,15 @@
-// Bounding volumes of one depth. A swept rectangle is a sphere, cut in four and pulled apart to the
-// corners of its rectangle; a box is a rectangle with a thickness. So every volume is the same few
-// vertices, placed by the graphics card: corner of the rectangle + radius times a direction.
+// Bounding volumes at one depth of the trees. All volumes of a kind are instances of one geometry.
+// Each of its vertices is a corner of a rectangle plus the radius times a direction: those of a
+// sphere for a swept rectangle, along the rectangle's normal for a box. The GPU places them.
 const volumeShader = {
   vertexShader: `
     attribute vec2 at;           // corner of the rectangle, 0 or 1 along each side
-    attribute vec3 outward;      // from it, in radii
+    attribute vec3 outward;      // offset from the corner, in radii
     attribute vec3 corner, axisX, axisY;
-    attribute vec3 shape;        // both sides, radius
-    attribute vec4 colour;       // a: refitted in this frame
-    attribute vec2 onFace;       // of a box: -1 to 1 over each face
-    uniform float least;         // radius with which flat ones can be seen
+    attribute vec3 shape;        // lengths of both sides, radius
+    attribute vec4 colour;       // a: 1 if refitted in this frame
+    attribute vec2 onFace;       // for a box: coordinates on a face, from -1 to 1
+    uniform float least;         // smallest radius, so that flat volumes are visible
     varying vec3 toEye, facing;
     varying vec4 tint;
     varying vec2 face;
@@ -17,10 +17,10 @@ const volumeShader = {
       float radius = max(shape.z, least);
       face = onFace;
       vec3 axisZ = cross(axisX, axisY);
-      vec3 place = corner + axisX * (at.x * shape.x) + axisY * (at.y * shape.y)
+      vec3 point = corner + axisX * (at.x * shape.x) + axisY * (at.y * shape.y)
         + radius * (axisX * outward.x + axisY * outward.y + axisZ * outward.z);
       vec3 away = axisX * normal.x + axisY * normal.y + axisZ * normal.z;
-      vec4 seen = modelViewMatrix * vec4(place, 1.0);
+      vec4 seen = modelViewMatrix * vec4(point, 1.0);
       facing = (modelViewMatrix * vec4(away, 0.0)).xyz;
       toEye = -seen.xyz;
       tint = colour;
@@ -96,7 +96,7 @@ function boxGeometry() {
   return baseGeometry(at, outward, normals, onFace, triangles);
 }
 
-// The end of the colour scale at a depth: the largest inflation there, in about 100 of the frames.
+// The end of the colour scale at a depth: the largest inflation there, from a sample of frames.
 const largestInflation = (() => {
   const found = new Array(Math.max(run.volumeDepth, 0) + 1).fill(0);
   const step = Math.max(1, Math.floor(run.frames.length / 100));
@@ -111,8 +111,8 @@ const largestInflation = (() => {
   return (depth) => found[depth] || 1;
 })();
 
-// The volumes that stand for a body at a depth: those there, and the leaves above. `others`: those
-// at other depths that were refitted.
+// The offsets in `all` of a body's volumes at a depth, including leaves above it (`chosen`), and of
+// refitted volumes at other depths (`others`).
 function volumesAt(frame, body, depth) {
   const all = readVolumes(frame, body), chosen = [], others = [];
   for (let i = 0; i < all.length; i += kVolumeNumbers) {
