@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Sets up everything, builds, and runs the tests of the library; arguments go to ctest (try -R
-# Exactness). CI adds those of documents, recorded pages and packages, by ADAPTIVE_BVH_PACKAGE_TESTS.
+# Exactness). CI adds those of documents, recorded pages and packages, and repeats some with
+# further types, by ADAPTIVE_BVH_PACKAGE_TESTS.
 #   CMAKE_ARGS                  further settings for cmake
 #   ADAPTIVE_BVH_LONG_TESTS=1   the longer mode: tests with random numbers take other ones each time,
 #                               say from which seed, and many of them try ten times as many
