@@ -139,27 +139,21 @@ void NearestSearch::run() {
   limit_ = -1;
   setLimit();
   while (!open_.empty() && !nearest_.isDone()) {
-    if (box_tests_ >= next_line_ && !nearest_.isRefined()) {
-      nearest_.refineLine();
-      next_line_ = 2 * box_tests_;
-      limit_ = -1;
-      setLimit();
-      continue;  // the search may be over
-    }
     if (box_tests_ >= next_stage_ && takeStage()) continue;
     const Pair pair = takeNext();
     if (pair.gap < limit2_) visit(pair);
   }
 }
 
-/// Takes the steps that pay after this many box tests. Returns whether pairs may have been removed,
-/// perhaps all of them.
+/// Takes the steps that pay after this many box tests. Returns whether the search may be over.
 bool NearestSearch::takeStage() {
   const bool is_changed = takeStages();
-  next_stage_ = std::min({next_view_, next_check_, next_alignment_, next_hulls_, next_supports_});
+  next_stage_ =
+      std::min({next_line_, next_view_, next_check_, next_alignment_, next_hulls_, next_supports_});
   return is_changed;
 }
 bool NearestSearch::takeStages() {
+  if (box_tests_ >= next_line_ && refineLine()) return true;
   if (box_tests_ >= next_view_) tryBoxes();
   if (box_tests_ >= next_check_ && check()) {
     open_.clear();
@@ -184,6 +178,16 @@ void NearestSearch::align() {
   limit_ = -1;
   for (Pair& pair : open_) pair.gap = 0;  // their unit has changed
   if (before >= 0) setLimit();
+}
+
+/// Improves the line between the nearest points. Returns whether it changed.
+bool NearestSearch::refineLine() {
+  next_line_ = 2 * box_tests_;
+  if (nearest_.isRefined()) return false;
+  nearest_.refineLine();
+  limit_ = -1;
+  setLimit();
+  return true;
 }
 
 /// Whether the bodies as a whole are as far apart as the nearest pair so far.

@@ -176,6 +176,7 @@ class NearestSearch {
   ADAPTIVE_BVH_INLINE Pair takeNext();
   void align();
   void lookAlong(const TriangleSeparation<double>::Line& line, double extent1, double extent2);
+  bool refineLine();
   bool check();
   void tryBoxes();
   bool isFartherThan(double radii) const;
@@ -211,8 +212,7 @@ class NearestSearch {
   /// Whether the last visit added pairs. The nearest of them is the last of `open_`.
   bool has_next_ = false;
   std::size_t heap_ = 0;  ///< with a line: this many of `open_` are a heap
-  long next_line_;
-  long next_view_, next_check_, next_hulls_;
+  long next_line_, next_view_, next_check_, next_hulls_;
   long next_supports_, next_alignment_;
   long next_stage_ = 0;  ///< the smallest of these
   /// Supports pay if they separate at least one of this many pairs.
