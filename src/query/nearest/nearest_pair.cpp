@@ -1,6 +1,7 @@
 #include "query/nearest/nearest_pair.h"
 
 #include "query/nearest/farthest_point.h"
+#include "query/nearest/tied_triangles.h"
 #include "query/placed_mesh.h"
 
 namespace adaptive_bvh {
@@ -15,6 +16,10 @@ DistanceRounding roundingOf(const fcl::Vector3d& T, const PlacedMesh& first,
   return DistanceRounding(T.lpNorm<1>() + size(first) + size(second));
 }
 
+/// Vertices and number of triangle `i` of a leaf.
+const Int4& cornersOf(const PlacedMesh& mesh, const WideNode& leaf, int i) {
+  return mesh.tree().corners(static_cast<unsigned>(leaf.first + i));
+}
 VertexIndices verticesOf(const Int4& corners) {
   return {unsigned(corners[0]), unsigned(corners[1]), unsigned(corners[2])};
 }
@@ -116,25 +121,44 @@ void NearestPair::test(unsigned open, const TriangleBlock& block, double unit, d
   if (open & 0x00f0) bounds[1] = block.bounds<1>(enough, open >> 4 & 15);
   if (open & 0x0f00) bounds[2] = block.bounds<2>(enough, open >> 8 & 15);
   if (open & 0xf000) bounds[3] = block.bounds<3>(enough, open >> 12 & 15);
+  unsigned tied = 0;
   for (; open && !isDone(); open &= open - 1) {
     const int bit = __builtin_ctz(open), i = bit & 3, j = bit >> 2;
     const double bound = double(bounds[j][i]) * unit - off;
-    if (!(bound >= limit_))  // also if it is out of range
-      testPair(first_.tree().corners(static_cast<unsigned>(leaf1.first + i)),
-               second_.tree().corners(static_cast<unsigned>(leaf2.first + j)), bound, slack);
+    if (bound >= limit_) continue;  // false if it is out of range
+    ++triangle_tests_;
+    if (bound + slack >= limit_)
+      tied |= 1u << bit;
+    else
+      testPair(cornersOf(first_, leaf1, i), cornersOf(second_, leaf2, j));
+  }
+  if (tied && !isDone()) testTied(tied, leaf1, leaf2);
+}
+
+/// Tests pairs whose bounds in double precision may reach the limit, though those in single
+/// precision do not. Along the line between the nearest points pairs are tested one by one, which
+/// often is enough; the first that it does not separate needs further directions.
+void NearestPair::testTied(unsigned pairs, const WideNode& leaf1, const WideNode& leaf2) {
+  const auto first = [&](int i) { return verticesOf(cornersOf(first_, leaf1, i)); };
+  const auto second = [&](int j) { return verticesOf(cornersOf(second_, leaf2, j)); };
+  const double limit = limitWithinRounding();
+  while (pairs && triangles_.separation(first(__builtin_ctz(pairs) & 3),
+                                        second(__builtin_ctz(pairs) >> 2)) >= limit)
+    pairs &= pairs - 1;
+  if (!pairs) return;
+  const TiedTriangles tied(triangles_, pairs, first, second);
+  pairs &= ~tied.apartAlong(triangles_.direction(), limit, pairs);
+  while (pairs && !isDone()) {
+    const int bit = __builtin_ctz(pairs);
+    const unsigned apart = tied.apartNear(bit, limitWithinRounding(), pairs);
+    if (!(apart >> bit & 1))
+      testPair(cornersOf(first_, leaf1, bit & 3), cornersOf(second_, leaf2, bit >> 2));
+    pairs &= ~(apart | 1u << bit);
   }
 }
 
-/// `bound`: lower bound of the triangles' distance in single precision. `slack`: how much larger a
-/// bound along the same lines can be in double precision.
-void NearestPair::testPair(const Int4& first, const Int4& second, double bound, double slack) {
+void NearestPair::testPair(const Int4& first, const Int4& second) {
   const VertexIndices a = verticesOf(first), b = verticesOf(second);
-  ++triangle_tests_;
-  if (bound + slack >= limit_) {
-    const double limit = limitWithinRounding();
-    if (triangles_.separation(a, b) >= limit || triangles_.separationNearby(a, b, limit) >= limit)
-      return;
-  }
   const TriangleGap gap = triangles_.gap(a, b);
   if (!(gap.distance < result_.min_distance)) return;
   improve(gap, first[3], second[3]);

@@ -76,7 +76,8 @@ class NearestPair {
   void raiseLeast();
   void lookAlong(const TriangleGap& gap, const VertexIndices& a, const VertexIndices& b);
   void improve(const TriangleGap& gap, int triangle1, int triangle2);
-  void testPair(const Int4& first, const Int4& second, double bound, double slack);
+  void testTied(unsigned pairs, const WideNode& leaf1, const WideNode& leaf2);
+  void testPair(const Int4& first, const Int4& second);
 
   const PlacedMesh &first_, &second_;
   const fcl::DistanceRequestd& request_;

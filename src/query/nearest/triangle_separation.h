@@ -78,36 +78,15 @@ class TriangleSeparation {
     return low + line_.offset - high;
   }
 
-  /// The largest separation of two triangles along the line between their centroids and along
-  /// either normal. Stops at the first separation that is at least `limit`, > 0.
-  double separationNearby(const VertexIndices& a, const VertexIndices& b, double limit) const {
-    const Point near = first(a[0]);
-    Point p[3], q[3];
-    for (std::size_t k = 0; k < 3; ++k) {
-      p[k] = first(a[k]) - near;
-      q[k] = to_first_(second(b[k])) - near;
-    }
-    double best = std::numeric_limits<double>::lowest();
-    const auto along = [&](const Point& d) {
-      const double length = d.norm();
-      if (!(length > rounding::tiny<double>())) return false;
-      const double p0 = d.dot(p[0]), p1 = d.dot(p[1]), p2 = d.dot(p[2]);
-      const double q0 = d.dot(q[0]), q1 = d.dot(q[1]), q2 = d.dot(q[2]);
-      const double forward = std::min(std::min(q0, q1), q2) - std::max(std::max(p0, p1), p2);
-      const double backward = std::min(std::min(p0, p1), p2) - std::max(std::max(q0, q1), q2);
-      best = std::max(best, std::max(forward, backward) / length);
-      return best >= limit;
-    };
-    along(q[0] + q[1] + q[2] - p[0] - p[1] - p[2]) || along((p[1] - p[0]).cross(p[2] - p[0])) ||
-        along((q[1] - q[0]).cross(q[2] - q[0]));
-    return best;
-  }
-
   /// The distance of two triangles, and their nearest points.
   TriangleGap gap(const VertexIndices& a, const VertexIndices& b) const {
     return gapOf({first(a[0]), first(a[1]), first(a[2])},
-                 {to_first_(second(b[0])), to_first_(second(b[1])), to_first_(second(b[2]))});
+                 {secondInFirst(b[0]), secondInFirst(b[1]), secondInFirst(b[2])});
   }
+
+  /// A vertex of either mesh in the first's frame.
+  Point first(unsigned v) const { return vertices1_[v].template cast<double>(); }
+  Point secondInFirst(unsigned v) const { return to_first_(second(v)); }
 
  private:
   static Point normalOf(const Point& a, const Point& b, const Point& c) {
@@ -119,7 +98,6 @@ class TriangleSeparation {
     turnLine(along);
   }
 
-  Point first(unsigned v) const { return vertices1_[v].template cast<double>(); }
   Point second(unsigned v) const { return vertices2_[v].template cast<double>(); }
 
   const fcl::Vector3<P>*vertices1_, *vertices2_;
