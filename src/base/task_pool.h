@@ -14,7 +14,8 @@ bool canRunTasks();
 /// all started calls have ended. If oneTBB cannot start tasks, some calls are omitted.
 void runTasks(int count, void (*call)(void* with, int i), void* with) noexcept;
 
-/// The beginning of part `i`, and end of part `i` - 1, when [0, size) is divided into `parts`.
+/// The beginning of part `i`, and the end of part `i` - 1, if [0, size) is divided into `parts`
+/// parts of nearly equal size.
 inline int partBegin(int size, int parts, int i) {
   return static_cast<int>(static_cast<long long>(size) * i / parts);
 }
@@ -69,7 +70,7 @@ class TaskPool {
       }
       finished.fetch_add(1, std::memory_order_release);
     };
-    posted.fetch_add(1, std::memory_order_release);
+    posted.fetch_add(1, std::memory_order_release);  // for ThreadSanitizer only
     runTasks(
         std::min(size_, count),
         [](void* with, int slot) {
@@ -92,14 +93,14 @@ class TaskPool {
   }
 
  private:
-  /// The remaining tasks of a slot, in order.
+  /// The tasks of a slot that no thread has started: from `next` to `end`, excluding `end`.
   struct alignas(64) Share {
     std::atomic<int> next{0};
     int end = 0;
   };
 
   /// ThreadSanitizer cannot see the synchronization inside oneTBB. `posted` and `finished` repeat
-  /// it with atomics that ThreadSanitizer sees.
+  /// it with atomics that ThreadSanitizer sees; their values are not used.
   static inline std::atomic<unsigned> posted{0};
 
   int size_;

@@ -11,6 +11,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Writes `file`. Errors name `path`. If the stream has failed, throws the system's error instead
+/// of an exception of `write`.
 void writeInto(const fs::path& file, const std::string& path,
                const std::function<void(std::ostream&)>& write) {
   errno = 0;
@@ -32,6 +34,7 @@ void writeFile(const std::string& path, const std::function<void(std::ostream&)>
   const bool is_there = fs::exists(path);
   if (is_there && !fs::is_regular_file(path)) return writeInto(path, path, write);
 
+  // The file that a link leads to: renaming to the link would replace it.
   const fs::path file = is_there ? fs::canonical(path) : fs::path(path);
   const fs::path draft = file.string() + '.' + std::to_string(std::random_device()()) + ".part";
   std::error_code error;

@@ -21,7 +21,9 @@ namespace {
 #endif
 }
 
-/// Collapses some binary nodes into one wide node.
+/// The lanes of a wide node: binary nodes below `root`, in the order of the leaves. Starts with the
+/// children of `root`, and replaces the largest lane by its children while there are fewer than
+/// four.
 class Collapse {
  public:
   Collapse(const Scratch<OrderedTree::Node>& nodes, int root) : nodes_(nodes) {
@@ -34,7 +36,7 @@ class Collapse {
 
  private:
   const OrderedTree::Node& at(int node) const { return nodes_[static_cast<std::size_t>(node)]; }
-  /// Replaces `lane` by the two children of a node; keeps the order of the leaves.
+  /// Replaces `lane` by the two children of `node`, or by `node` itself if it has none.
   void add(int node, int lane) {
     if (at(node).isLeaf()) {
       below[lane] = node;
@@ -45,8 +47,9 @@ class Collapse {
     below[lane + 1] = at(node).right;
     ++count;
   }
-  /// The lane with the most triangles that can be opened. A wide leaf is opened down to single
-  /// triangles, another node only if it has more triangles than fit in a leaf.
+  /// The lane to replace by its children: the one with the most triangles, or -1. In a wide leaf,
+  /// lanes are replaced down to single triangles; in an inner node, only lanes with more triangles
+  /// than fit in a leaf.
   int largest(bool is_leaf) const {
     unsigned most = is_leaf ? 1 : 4;
     int found = -1;
@@ -93,7 +96,7 @@ WideTree::WideTree(const OrderedTree& binary, std::shared_ptr<const LeafTriangle
 }
 
 void WideTree::assignLinks(const WideTree& other) {
-  if (triangles_ == other.triangles_) return;  // already the same links
+  if (triangles_ == other.triangles_) return;  // already copied
   triangles_ = other.triangles_;
   nodes_ = other.nodes_;
   depth_ = other.depth_;
@@ -118,15 +121,16 @@ void WideTree::refit(const fcl::Vector3d* vertices, const BodyCoordinates& coord
   coordinates_ = coordinates;
   const int parts = pool.parts();
   const auto laterOf = [&](int part) { return later_.data() + (depth_ + 1) * part; };
-  // Parts begin at block boundaries, so no part needs positions of another part. Other threads may
-  // have read these lines in the last query.
+  // Other threads may have read positions and nodes in the last query (prefetchToWrite).
   const bool is_shared = pool.size() > 1;
+  // Parts begin at block boundaries, so no part needs positions of another part.
   pool.forEach(parts, [&](int part, int) {
     const int begin = blockBegin(partBegin(size(), parts, part)),
               end = blockBegin(partBegin(size(), parts, part + 1));
     readPositions(vertices, firstSlot(begin), firstSlot(end), is_shared);
     *laterOf(part) = refitNodes(begin, end, is_shared, laterOf(part) + 1);
   });
+  // The nodes that the parts left over, children before parents.
   for (int part = parts; part-- > 0;)
     for (int i = 1; i <= *laterOf(part); ++i)
       refitInner(nodes_[static_cast<std::size_t>(laterOf(part)[i])], nodes_.data());
@@ -182,9 +186,10 @@ void WideTree::readPositions(const fcl::Vector3d* vertices, std::size_t begin, s
   if (i < end) coordinates(at(i), positions_[i], residuals_[i]);
 }
 
-/// Refits a part of the nodes, from the last to the first. Writes nodes with children in another
-/// part to `later`, and returns their number. They form a chain of ancestors, so there are fewer
-/// than the depth of the tree, and it is enough to compare with the last one.
+/// Refits a part of the nodes, from the last to the first, except for nodes with descendants from
+/// `end` on. Writes these to `later`, and returns their number. Nodes are in depth-first order, so
+/// these are ancestors of node `end`, fewer than the depth of the tree: the last child of each is
+/// in a later part, or was written just before it.
 int WideTree::refitNodes(int begin, int end, bool is_shared, int* later) {
   constexpr int kAhead = 12;
   int count = 0;

@@ -16,6 +16,7 @@
 namespace adaptive_bvh {
 namespace {
 
+/// A new lineage or version: never returned before.
 std::uint64_t newNumber() {
   static std::atomic<std::uint64_t> last{0};
   return last.fetch_add(1, std::memory_order_relaxed) + 1;
@@ -30,7 +31,7 @@ bool isUsablePosition(const fcl::Vector3<S>& position) {
 template <typename S, typename Positions, typename IndexOf>
 void requireUsable(const Positions& positions, std::size_t count, const IndexOf& indexOf) {
   for (std::size_t i = 0; i < count; ++i) {
-    const fcl::Vector3<S>& x = positions[i];  // a copy for arrays with strides
+    const fcl::Vector3<S>& x = positions[i];  // refers to a copy for a PositionArray
     if (isUsablePosition<S>(x)) continue;
     int k = 0;
     while (std::abs(x[k]) <= rounding::largestCoordinate<S>()) ++k;
@@ -90,7 +91,8 @@ void refit(MeshState& state, const TaskPool& pool) {
   state.version = newNumber();
 }
 
-/// Adds the displacement to the accumulated motion bound, rounded up.
+/// Adds the displacement to the accumulated motion bound, rounded up. A copy begins a new lineage
+/// (MeshState::lineage).
 void addTravel(MeshState& state) {
   if (state.is_copy) state.lineage = newNumber();
   state.is_copy = false;
@@ -109,7 +111,7 @@ void narrow(const std::vector<fcl::Vector3d>& from, std::vector<fcl::Vector3f>& 
   for (std::size_t i = 0; i < from.size(); ++i) to[i] = from[i].cast<float>();
 }
 
-/// Updates the data that the user sees from the mesh's state.
+/// Copies the mesh's state to the data that the user sees.
 void publish(const HeldMesh<double>& mesh, fcl::CollisionGeometryd& geometry) {
   copyBounds(mesh.own.bounds, geometry);
 }
@@ -119,7 +121,7 @@ void publish(HeldMesh<float>& mesh, fcl::CollisionGeometryf& geometry) {
   narrow(mesh.state().vertices, mesh.own_vertices);
   narrow(mesh.state().previous, mesh.own_previous);
 }
-/// Updates the user's data after an update of some vertices.
+/// The same after an update of some vertices.
 void publish(const HeldMesh<double>& mesh, fcl::CollisionGeometryd& geometry, const unsigned*,
              std::size_t) {
   publish(mesh, geometry);
@@ -208,6 +210,7 @@ void assemble(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> 
   MeshState& state = mesh.state();
   assembleState(inDouble(std::move(vertices)), std::move(triangles), order, axes, state);
   StepMemory memory(mesh, StepOf::All);
+  // The positions are there already: this computes the radius.
   writeAll(state, PositionArray<double>{state.vertices[0].data()}, memory);
   refit(state, memory.pool);
   publish(mesh, geometry);
@@ -220,6 +223,7 @@ void takeStep(HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry,
   MeshState& state = mesh.state();
   const std::size_t count = state.vertices.size();
   const VertexSummary<double> seen = summaryOf(state, positions, memory);
+  // isSurelyUsable may be false for usable positions; then each is tested.
   if (!seen.isSurelyUsable(rounding::largestCoordinate<S>()))
     requireUsable<S>(positions, count, [](std::size_t i) { return i; });
   // Nothing is thrown from here on.
@@ -228,7 +232,7 @@ void takeStep(HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry,
   state.report.largest_displacement = seen.largestDisplacement();
   if (two_frames) {
     state.previous.resize(count);
-    state.previous.swap(state.vertices);
+    state.previous.swap(state.vertices);  // writeAll overwrites all vertices
   }
   if (seen.moved()) {
     setLocalBox(state.bounds, seen.low, seen.high);
@@ -237,7 +241,7 @@ void takeStep(HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry,
     refit(state, memory.pool);
     addTravel(state);
   } else if (two_frames) {
-    state.vertices = state.previous;
+    state.vertices = state.previous;  // after the swap
   }
   if (!two_frames) state.previous.clear();
   publish(mesh, geometry);
@@ -263,7 +267,7 @@ void requireUsable(const MeshState& state, const unsigned* indices,
   requireUsable<S>(positions, count, [&](std::size_t i) { return indices[i]; });
 }
 
-/// Moves some vertices, and updates the bounding box of all.
+/// Moves some vertices, then updates the mesh's bounds, axes and tree in `finish`.
 template <typename S>
 class MovedVertices {
  public:
@@ -286,7 +290,7 @@ class MovedVertices {
     box_.finish(state_.vertices.data(), state_.vertices.size(), state_.bounds);
     state_.report.turned = state_.axes.turn(state_.vertices);
     if (!has_room_ || state_.report.turned) {
-      state_.moved.refitAll([](int) {});
+      state_.moved.refitAll([](int) {});  // only clears the marks
       refit(state_, pool);
     } else {
       state_.moved.refitAll([&](int node) { state_.tree.refitNode(state_.vertices.data(), node); });

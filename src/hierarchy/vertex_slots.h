@@ -14,9 +14,9 @@ namespace adaptive_bvh {
 ///
 /// A block is a maximal subtree with at most kBlock vertices. It has one slot for each of its
 /// vertices; a vertex that several blocks share has a slot in each (about 1.4 slots per vertex in a
-/// regular mesh). So the data below a node are a range of slots or, within a block, a set of slots
-/// that fits in a 64-bit word. Vertices without a triangle have the last slots. A point is treated
-/// as a triangle with three equal vertices.
+/// regular mesh). So the slots below a node within a block are a set that fits in a 64-bit word.
+/// A larger node consists of whole blocks, and its slots are a range. Vertices without a triangle
+/// have the last slots. A point is treated as a triangle with three equal vertices.
 class VertexSlots {
  public:
   static constexpr int kBlock = 64;

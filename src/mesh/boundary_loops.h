@@ -10,9 +10,9 @@
 
 namespace adaptive_bvh {
 
-/// The boundary of a surface as closed curves. It consists of the edges whose triangles traverse
-/// them more often in one direction than in the other, in that direction, each repeated by the
-/// difference of the counts. At each vertex as many of these edges begin as end, so they form
+/// The boundary of a surface as closed curves. It consists of the edges that triangles traverse
+/// more often in one direction than in the other. Each has that direction, and occurs as many
+/// times as the counts differ. At each vertex as many of these edges begin as end, so they form
 /// closed curves. A closed mesh has none; separate triangles contribute all their edges.
 class BoundaryLoops {
  public:
@@ -43,12 +43,13 @@ class BoundaryLoops {
     friend bool operator<(const Edge& a, const Edge& b) { return a.from < b.from; }
   };
 
-  /// Follows unused edges until no unused edge begins at the last vertex, which is then the first
-  /// one of the curve.
+  /// Each curve follows unused edges to a vertex where no unused edge begins. That is the curve's
+  /// first vertex, because as many edges begin as end at each vertex.
   void trace(std::vector<Edge> edges) {
     if (!std::is_sorted(edges.begin(), edges.end())) std::stable_sort(edges.begin(), edges.end());
-    std::vector<std::size_t> next(
-        edges.size());  // indexed by a vertex's first edge: its next unused edge
+    // At the index of a vertex's first edge: the vertex's next unused edge. If none is left, that
+    // is the first edge of the next vertex.
+    std::vector<std::size_t> next(edges.size());
     std::iota(next.begin(), next.end(), std::size_t(0));
     vertices_.reserve(edges.size());
     const auto isLeft = [&](std::size_t i) {

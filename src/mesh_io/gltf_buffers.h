@@ -14,7 +14,7 @@ namespace adaptive_bvh {
 /// The buffers of a glTF document; each is read or decoded when first needed.
 class GltfBuffers {
  public:
-  /// `chunk` is the embedded buffer of a binary file.
+  /// `chunk` is the embedded buffer of a binary file (.glb).
   GltfBuffers(std::string chunk, NamedFiles files)
       : chunk_(std::move(chunk)), files_(std::move(files)) {}
 
@@ -30,8 +30,8 @@ class GltfBuffers {
 
   std::string chunk_;
   NamedFiles files_;
-  std::deque<std::string> decoded_;
-  std::map<const Json*, std::string_view> known_;
+  std::deque<std::string> decoded_;                ///< from data URIs
+  std::map<const Json*, std::string_view> known_;  ///< results of bytesOf
 };
 
 }  // namespace adaptive_bvh

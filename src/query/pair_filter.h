@@ -38,7 +38,8 @@ inline bool isIgnored(const IgnoredPairs& pairs, unsigned first, unsigned second
          (pairs.test && pairs.test(first, second));
 }
 
-/// Returns the vertices of a leaf's triangles. Lanes without a triangle repeat the first one.
+/// Returns the vertices of a leaf's triangles: for each of the three corners, a lane for each
+/// triangle. Lanes without a triangle repeat the first one.
 ADAPTIVE_BVH_INLINE std::array<Int4, 3> verticesOf(const WideTree& tree, const WideNode& leaf) {
   Float4 of[4];  // integers; only their bits are moved
   for (int i = 0; i < 4; ++i)
@@ -50,9 +51,10 @@ ADAPTIVE_BVH_INLINE std::array<Int4, 3> verticesOf(const WideTree& tree, const W
   return vertices;
 }
 
-/// Returns the pairs of triangles of two leaves (bit 4 j + i: triangle i of `a`, triangle j of `b`)
-/// that the filter keeps. The filter counts common vertices; a vertex that a triangle repeats
-/// counts once.
+/// Removes the pairs of triangles with more common vertices than the filter allows. `pairs` has a
+/// bit for each pair (4 j + i: triangle i of leaf `a`, triangle j of leaf `b`). A vertex that a
+/// triangle repeats counts once. Keeps all pairs for BeyondShared, which needs more than indices
+/// (meetBeyondShared).
 ADAPTIVE_BVH_INLINE unsigned withoutNeighbours(unsigned pairs, const WideTree& tree1,
                                                const WideNode& a, const WideTree& tree2,
                                                const WideNode& b, NeighbourFilter filter) {
@@ -62,10 +64,11 @@ ADAPTIVE_BVH_INLINE unsigned withoutNeighbours(unsigned pairs, const WideTree& t
   for (int j = 0; j < b.count; ++j) {
     if (!(pairs >> (4 * j) & 15)) continue;
     const Int4& v = tree2.corners(static_cast<unsigned>(b.first + j));
-    Int4 shared = {allowed, allowed, allowed, allowed};  // decreases with each common vertex
+    Int4 shared = {allowed, allowed, allowed, allowed};  // allowed minus common vertices
     for (int c = 0; c < 3; ++c) {
       if ((c > 0 && v[c] == v[0]) || (c > 1 && v[c] == v[1])) continue;
       const Int4 vertex = {v[c], v[c], v[c], v[c]};
+      // A true comparison is -1.
       shared += (of_first[0] == vertex) | (of_first[1] == vertex) | (of_first[2] == vertex);
     }
     pairs &= ~(float4::bits(shared < Int4{}) << (4 * j));

@@ -8,9 +8,10 @@
 
 namespace adaptive_bvh {
 
-/// The convex hull of points, through its support function: accurate up to the errors of
-/// convex_distance.h. Keeps references to points and faces as fcl::Convex stores them; only
-/// `addPatches` uses the faces.
+/// The convex hull of points, by its support function; results have the errors of
+/// convex_distance.h. Does not copy the points and the faces. Faces are stored as in fcl::Convex:
+/// for each face the number of its corners, then their indices. Only `addPatches` and FacedHull use
+/// them.
 class HullSolid : public Solid {
  public:
   HullSolid(const Points& points, std::size_t count, const std::vector<int>& faces,
@@ -29,7 +30,8 @@ class HullSolid : public Solid {
   fcl::Vector3d point(int i) const { return points_[static_cast<std::size_t>(i)]; }
 
  protected:
-  /// Calls visit(corners, count) for each face of the list; stops at a face that is truncated.
+  /// Calls visit(corners, count) for each face. If the list ends within a face, calls
+  /// visit(nullptr, 0) for this face.
   template <typename Visit>
   void forEachFace(const Visit& visit) const {
     for (std::size_t at = 0; at < faces_.size();) {

@@ -22,7 +22,7 @@ struct ExactCross {
   Vector direction;  ///< zero if the product is zero
   double length;
 
-  /// (a - x) x (b - x), with its length multiplied by 2^by.
+  /// The cross product of a - x and b - x, with its length multiplied by 2^by.
   ExactCross(const Vector& a, const Vector& b, const Vector& x, int by) {
     ExactSum::Scaled components[3];
     int exponent = std::numeric_limits<int>::min();
@@ -45,8 +45,8 @@ struct ExactCross {
   }
 };
 
-/// The ends of an edge relative to a point, multiplied by a power of two so that products are in
-/// range.
+/// The ends p and q of an edge relative to a point, and their lengths. All are multiplied by
+/// 2^exponent, so that products are in range.
 struct SeenEdge {
   int exponent;
   Vector p, q;
@@ -64,7 +64,9 @@ struct SeenEdge {
   }
 };
 
-/// For an edge seen under nearly 180 degrees: uses its distance, which keeps all digits.
+/// halfSolidAngle for an edge seen under nearly 180 degrees. The tangent of the angle is
+/// apex (p x q) / (|p| |q| + p q + apex (|q| p + |p| q)) (van Oosterom and Strackee 1983). The sums
+/// in the denominator cancel, so they are expressed by the exact |p x q|: docs/bounds.md, 16.
 double nearHalfAngle(const Vector& a, const Vector& b, const Vector& x, const SeenEdge& seen,
                      const Vector& apex) {
   const ExactCross across(a, b, x, 2 * seen.exponent);
@@ -72,8 +74,8 @@ double nearHalfAngle(const Vector& a, const Vector& b, const Vector& x, const Se
   const double length = edge.norm();
   const Vector along = edge / length;
   const double from = seen.p.dot(along), to = seen.q.dot(along);
-  // |p| |q| + p q, and the parts of |q| p + |p| q across the edge and along it: all divided by
-  // |p x q|.
+  // The denominator divided by |p x q|: |p| |q| + p q, then the components of |q| p + |p| q across
+  // the edge and along it.
   const double real =
       across.length / (seen.pn * seen.qn - seen.p.dot(seen.q)) +
       apex.dot(along.cross(across.direction)) * (seen.pn + seen.qn) / length +
@@ -127,6 +129,7 @@ double halfSolidAngle(const Vector& a, const Vector& b, const Vector& x,
   constexpr double kNear = 0x1p-6;
   if (e.pn * e.qn + e.p.dot(e.q) < kNear * e.pn * e.qn)
     return nearHalfAngle(a, b, x, e, axes.col(2));
+  // The argument of 1 + z* w: see BoundaryKernel.
   const Vector u = axes.transpose() * (e.p / e.pn), v = axes.transpose() * (e.q / e.qn);
   return std::atan2(u[0] * v[1] - u[1] * v[0], (1 + u[2]) * (1 + v[2]) + u[0] * v[0] + u[1] * v[1]);
 }
@@ -147,9 +150,10 @@ BoundaryCone::BoundaryCone(const MeshState& mesh) : scale_(mesh.tree.scale()) {
   for (std::size_t curve = 0, i = 0; curve < loops.size(); ++curve) {
     const std::size_t first = i;
     for (; i < loops.end(curve); ++i) memory.push(vertexAt(i), 1);
-    memory.push(vertexAt(first), 1);
-    memory.push(vertexAt(first), 0);
+    memory.push(vertexAt(first), 1);  // closes the curve
+    memory.push(vertexAt(first), 0);  // separates it from the next one
   }
+  // Padded, because the kernel adds kStep edges at once and reads kStep vertices beyond them.
   num_edges_ = (memory.weights.size() + kStep - 1) / kStep * kStep;
   while (memory.weights.size() < num_edges_ + kStep) memory.push(Vector::Zero(), 0);
 }
@@ -162,6 +166,7 @@ bool BoundaryCone::addTo(double& number, const Vector& x, const Vector& ray, int
                                  m.coordinates[2].data(), m.weights.data()};
   BoundaryView view;
   view.is_aligned = frame.is_aligned;
+  // Refuses a vertex within an angle of 2^-10 of the ray's direction; of less after 16 tries.
   view.limit = std::ldexp(1., 42 + 2 * std::min(std::max(0, tries - 16), 20));
   for (int k = 0; k < 3; ++k) {
     view.at[k] = at[frame.order[k]];
@@ -179,13 +184,14 @@ bool BoundaryCone::addTo(double& number, const Vector& x, const Vector& ray, int
     std::size_t count = 0;
     if (!addBlock(ordered, begin, std::min(kBlock, num_edges_ - begin), view, turn, listed, count))
       return false;
-    for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t k = 0; k < count; ++k) {  // edges that the kernel did not add
       const auto vertexAt = [&](std::size_t i) -> Vector {
         return {arrays.x[i], arrays.y[i], arrays.z[i]};
       };
       sum += halfSolidAngle(vertexAt(listed[k]), vertexAt(listed[k] + 1), at, frame.axes);
     }
   }
+  // Adding 0 turns -0 into 0, so that the angle is pi and not -pi (BoundaryTurn).
   number += (sum + std::atan2(turn.y + 0., turn.x)) / kFullTurn + static_cast<double>(turn.turns);
   return true;
 }
