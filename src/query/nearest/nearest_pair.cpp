@@ -1,7 +1,6 @@
 #include "query/nearest/nearest_pair.h"
 
 #include "query/nearest/farthest_point.h"
-#include "query/nearest/tied_triangles.h"
 #include "query/placed_mesh.h"
 
 namespace adaptive_bvh {

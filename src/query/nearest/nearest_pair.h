@@ -58,7 +58,7 @@ class NearestPair {
   /// Whether pairs at the limit, up to rounding, certainly do not touch.
   bool isClear() const { return rounding_.isClear(limit_); }
   /// Separations along the line between the nearest points.
-  const TriangleSeparation<double>& triangles() const { return triangles_; }
+  const TriangleSeparation& triangles() const { return triangles_; }
 
   /// Tests the pairs of two leaves in `open`: bit 4 j + i for triangle i of the first tree's leaf
   /// and j of the second's. `block`: the triangles in single precision; `unit`: its unit in the
@@ -84,7 +84,7 @@ class NearestPair {
   fcl::DistanceResultd& result_;
   const RelativePlacement to_first_;
   const LocalBoxes boxes_;
-  TriangleSeparation<double> triangles_;
+  TriangleSeparation triangles_;
   const DistanceRounding rounding_;
   double limit_ = 0;
   double least_ = 0;  ///< a lower bound of the distance

@@ -197,7 +197,7 @@ bool NearestSearch::check() {
 }
 
 /// Bounds boxes along a line from here on.
-void NearestSearch::lookAlong(const TriangleSeparation<double>::Line& line, double extent1,
+void NearestSearch::lookAlong(const TriangleSeparation::Line& line, double extent1,
                               double extent2) {
   view_.set(trees_, line.along1, line.from, line.to, extent1, extent2);
   has_view_ = true;
@@ -219,7 +219,7 @@ void NearestSearch::tryBoxes() {
   next_view_ = kNever;
   if (has_supports_ || !trees_.frame().isInRange()) return;
   const LocalBoxes& boxes = nearest_.boxes();
-  TriangleSeparation<double>::Line line;
+  TriangleSeparation::Line line;
   line.along1 = boxes.line();
   if (line.along1 == fcl::Vector3d::Zero()) return;
   line.along2 = trees_.toFirst().R.transpose() * line.along1;

@@ -175,7 +175,7 @@ class NearestSearch {
   [[gnu::noinline]] void moveNearestToEnd();
   ADAPTIVE_BVH_INLINE Pair takeNext();
   void align();
-  void lookAlong(const TriangleSeparation<double>::Line& line, double extent1, double extent2);
+  void lookAlong(const TriangleSeparation::Line& line, double extent1, double extent2);
   bool refineLine();
   bool check();
   void tryBoxes();

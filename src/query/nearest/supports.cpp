@@ -88,8 +88,8 @@ void Supports::compute(const WideTree& tree, const fcl::Vector3d* vertices,
 }
 
 void LineSeparation::compute(const WideTree& first, const WideTree& second,
-                             const TriangleSeparation<double>& triangles) {
-  const TriangleSeparation<double>::Line& line = triangles.line();
+                             const TriangleSeparation& triangles) {
+  const TriangleSeparation::Line& line = triangles.line();
   first_.compute(first, triangles.vertices1(), line.from, line.along1);
   second_.compute(second, triangles.vertices2(), line.to, -line.along2);
   offset_ = line.offset;

@@ -67,8 +67,7 @@ class LineSeparation {
   static long largestCost(const WideTree& first, const WideTree& second) {
     return static_cast<long>(first.slots().size() + second.slots().size()) / 2;
   }
-  void compute(const WideTree& first, const WideTree& second,
-               const TriangleSeparation<double>& triangles);
+  void compute(const WideTree& first, const WideTree& second, const TriangleSeparation& triangles);
   /// Whether two nodes may be near each other. Call `apart` only for such nodes and the nodes below
   /// them.
   bool covers(int first, int second) const {

@@ -13,8 +13,7 @@
 namespace adaptive_bvh {
 
 /// The distance of two triangles, one of each mesh, and cheap lower bounds of it, in the frame of
-/// the first mesh and in double precision. P: number type of the positions.
-template <typename P>
+/// the first mesh and in double precision.
 class TriangleSeparation {
  public:
   using Point = fcl::Vector3d;
@@ -28,7 +27,7 @@ class TriangleSeparation {
     double offset = 0;  ///< distance of the points along the line
   };
 
-  TriangleSeparation(const fcl::Vector3<P>* vertices1, const fcl::Vector3<P>* vertices2,
+  TriangleSeparation(const Point* vertices1, const Point* vertices2,
                      const RelativePlacement& to_first)
       : vertices1_(vertices1), vertices2_(vertices2), to_first_(to_first) {}
 
@@ -43,8 +42,9 @@ class TriangleSeparation {
   /// separates the triangles by at least `enough`.
   void preferNormals(const VertexIndices& a, const VertexIndices& b, double enough) {
     constexpr double kNearly = 0.999;
-    const Point normals[2] = {normalOf(first(a[0]), first(a[1]), first(a[2])),
-                              to_first_.R * normalOf(second(b[0]), second(b[1]), second(b[2]))};
+    const Point normals[2] = {
+        normalOf(first(a[0]), first(a[1]), first(a[2])),
+        to_first_.R * normalOf(vertices2_[b[0]], vertices2_[b[1]], vertices2_[b[2]])};
     const Line before = line_;
     for (const Point& normal : normals) {
       const double cosine = normal.dot(before.along1);
@@ -64,15 +64,17 @@ class TriangleSeparation {
   const Line& line() const { return line_; }
   /// The line's direction in the first mesh's frame.
   const Point& direction() const { return line_.along1; }
-  const fcl::Vector3<P>* vertices1() const { return vertices1_; }
-  const fcl::Vector3<P>* vertices2() const { return vertices2_; }
+  const Point* vertices1() const { return vertices1_; }
+  const Point* vertices2() const { return vertices2_; }
 
   /// How far apart two triangles are along the line: a lower bound of their distance. Everything is
   /// measured from the line's two points, so that hardly any digit is lost near them, where it
   /// matters.
   double separation(const VertexIndices& a, const VertexIndices& b) const {
     const auto on1 = [&](unsigned v) -> double { return line_.along1.dot(first(v) - line_.from); };
-    const auto on2 = [&](unsigned v) -> double { return line_.along2.dot(second(v) - line_.to); };
+    const auto on2 = [&](unsigned v) -> double {
+      return line_.along2.dot(vertices2_[v] - line_.to);
+    };
     const double high = std::max(std::max(on1(a[0]), on1(a[1])), on1(a[2]));
     const double low = std::min(std::min(on2(b[0]), on2(b[1])), on2(b[2]));
     return low + line_.offset - high;
@@ -85,8 +87,8 @@ class TriangleSeparation {
   }
 
   /// A vertex of either mesh in the first's frame.
-  Point first(unsigned v) const { return vertices1_[v].template cast<double>(); }
-  Point secondInFirst(unsigned v) const { return to_first_(second(v)); }
+  Point first(unsigned v) const { return vertices1_[v]; }
+  Point secondInFirst(unsigned v) const { return to_first_(vertices2_[v]); }
 
  private:
   static Point normalOf(const Point& a, const Point& b, const Point& c) {
@@ -98,11 +100,103 @@ class TriangleSeparation {
     turnLine(along);
   }
 
-  Point second(unsigned v) const { return vertices2_[v].template cast<double>(); }
-
-  const fcl::Vector3<P>*vertices1_, *vertices2_;
+  const Point *vertices1_, *vertices2_;
   const RelativePlacement to_first_;
   Line line_;
+};
+
+/// Pairs of triangles of two leaves that single precision cannot tell from the limit, and their
+/// separations in double precision. One direction is tested for all pairs at once: where surfaces
+/// lie along each other, most pairs of two leaves are equally near and share their normals.
+///
+/// A pair is a bit: 4 j + i for triangle i of the first leaf and j of the second. Coordinates are
+/// those of the first mesh's frame, relative to a corner, so that hardly any digit is lost.
+class TiedTriangles {
+ public:
+  using Point = fcl::Vector3d;
+
+  /// `first` and `second` return the vertices of a triangle of a leaf.
+  template <typename First, typename Second>
+  TiedTriangles(const TriangleSeparation& triangles, unsigned pairs, const First& first,
+                const Second& second) {
+    const Point origin = triangles.first(first(__builtin_ctz(pairs) & 3)[0]);
+    for (int k = 0; k < 4; ++k) {
+      if (pairs & 0x1111u << k) first_.set(k, first(k), origin, triangles, firstOf);
+      if (pairs & 0xfu << 4 * k) second_.set(k, second(k), origin, triangles, secondOf);
+    }
+  }
+
+  /// Returns which of the pairs are at least `limit`, > 0, apart along a direction of any length,
+  /// whichever triangle comes first. None if the square of the length underflows.
+  unsigned apartAlong(const Point& along, double limit, unsigned pairs) const {
+    const double length = along.norm();
+    if (!(length > rounding::tiny<double>())) return 0;
+    const Ranges a = first_.along(along), b = second_.along(along);
+    const double enough = limit * length;
+    unsigned apart = 0;
+    for (int j = 0; j < 4; ++j)
+      for (int i = 0; i < 4; ++i)
+        apart |= unsigned(std::max(b.low[j] - a.high[i], a.low[i] - b.high[j]) >= enough)
+                 << (4 * j + i);
+    return apart & pairs;
+  }
+  /// Returns which of the pairs are at least `limit` apart along the line between the centroids of
+  /// the pair `bit`, or along a normal of its triangles. Stops when that pair is.
+  unsigned apartNear(int bit, double limit, unsigned pairs) const {
+    const int i = bit & 3, j = bit >> 2;
+    unsigned apart = 0;
+    const auto separates = [&](const Point& along) -> bool {
+      apart |= apartAlong(along, limit, pairs);
+      return apart >> bit & 1;
+    };
+    separates(first_.normal(i)) || separates(second_.normal(j)) ||
+        separates(second_.cornerSum(j) - first_.cornerSum(i));
+    return apart;
+  }
+
+ private:
+  struct Ranges {
+    double low[4], high[4];
+  };
+  /// Corners of four triangles.
+  struct Corners {
+    double x[3][4] = {}, y[3][4] = {}, z[3][4] = {};
+
+    template <typename PointOf>
+    void set(int k, const VertexIndices& vertices, const Point& origin,
+             const TriangleSeparation& triangles, const PointOf& pointOf) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        const Point p = pointOf(triangles, vertices[c]) - origin;
+        x[c][k] = p[0];
+        y[c][k] = p[1];
+        z[c][k] = p[2];
+      }
+    }
+    Point corner(int c, int k) const { return {x[c][k], y[c][k], z[c][k]}; }
+    Point normal(int k) const {
+      return (corner(1, k) - corner(0, k)).cross(corner(2, k) - corner(0, k));
+    }
+    Point cornerSum(int k) const { return corner(0, k) + corner(1, k) + corner(2, k); }
+    Ranges along(const Point& direction) const {
+      Ranges ranges;
+      for (int k = 0; k < 4; ++k) {
+        double at[3];
+        for (int c = 0; c < 3; ++c)
+          at[c] = direction[0] * x[c][k] + direction[1] * y[c][k] + direction[2] * z[c][k];
+        ranges.low[k] = std::min(std::min(at[0], at[1]), at[2]);
+        ranges.high[k] = std::max(std::max(at[0], at[1]), at[2]);
+      }
+      return ranges;
+    }
+  };
+  static Point firstOf(const TriangleSeparation& triangles, unsigned vertex) {
+    return triangles.first(vertex);
+  }
+  static Point secondOf(const TriangleSeparation& triangles, unsigned vertex) {
+    return triangles.secondInFirst(vertex);
+  }
+
+  Corners first_, second_;
 };
 
 }  // namespace adaptive_bvh

@@ -297,8 +297,8 @@ class NearestBounds : public testing::Test {
   /// are, up to the error; and of one such limit that it is right for all boxes.
   void expectLineNearer(JudgedPair& pair, const fcl::Vector3d& direction) {
     const WideTree &tree1 = pair.trees.first(), &tree2 = pair.trees.second();
-    TriangleSeparation<double> triangles(pair.first.mesh.vertices.data(),
-                                         pair.second.mesh.vertices.data(), pair.trees.toFirst());
+    TriangleSeparation triangles(pair.first.mesh.vertices.data(), pair.second.mesh.vertices.data(),
+                                 pair.trees.toFirst());
     const fcl::Vector3d from =
         pair.first.mesh.vertices[std::size_t(random_.below(int(pair.first.mesh.vertices.size())))];
     const fcl::Vector3d to = pair.trees.toFirst()(pair.second.bounds().aabb_center);
