@@ -5,10 +5,10 @@
 #include <fcl/narrowphase/detail/traversal/distance/mesh_distance_traversal_node.h>
 
 #include "mesh/mesh_view.h"
-#include "query/nearest/triangle_separation.h"
 #include "query/placed_mesh.h"
 #include "thesis/recording_node.h"
 #include "thesis/volumes/volume.h"
+#include "triangles/triangle_gap.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -79,11 +79,15 @@ class MeshDistanceNode : public FclMeshDistance<BV>::Node {
   void leafTesting(int b1, int b2) const override {
     const int first = this->model1->getBV(b1).primitiveId(),
               second = this->model2->getBV(b2).primitiveId();
-    const TriangleSeparation<S> triangles(this->model1->vertices, this->model2->vertices,
-                                          to_first_);
-    const TriangleGap gap =
-        triangles.gap(viewOf(*this->model1).verticesOf(static_cast<unsigned>(first)),
-                      viewOf(*this->model2).verticesOf(static_cast<unsigned>(second)));
+    const auto corners = [](const fcl::BVHModel<BV>& model,
+                            int triangle) -> TrianglePoints<double> {
+      const VertexIndices v = viewOf(model).verticesOf(static_cast<unsigned>(triangle));
+      const fcl::Vector3<S>* x = model.vertices;
+      return pointsAs<double>(TrianglePoints<S>{x[v[0]], x[v[1]], x[v[2]]});
+    };
+    TrianglePoints<double> placed = corners(*this->model2, second);
+    for (fcl::Vector3d& x : placed) x = to_first_(x);
+    const TriangleGap gap = gapOf(corners(*this->model1, first), placed);
     this->result->update(distanceAs<S>(gap.distance), this->model1, this->model2, first, second,
                          gap.points.first.template cast<S>(), gap.points.second.template cast<S>());
   }

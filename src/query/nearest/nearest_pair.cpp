@@ -121,6 +121,7 @@ void NearestPair::test(unsigned open, const TriangleBlock& block, double unit, d
   if (open & 0x0f00) bounds[2] = block.bounds<2>(enough, open >> 8 & 15);
   if (open & 0xf000) bounds[3] = block.bounds<3>(enough, open >> 12 & 15);
   unsigned tied = 0;
+  const int tested = __builtin_popcount(open);
   for (; open && !isDone(); open &= open - 1) {
     const int bit = __builtin_ctz(open), i = bit & 3, j = bit >> 2;
     const double bound = double(bounds[j][i]) * unit - off;
@@ -131,29 +132,50 @@ void NearestPair::test(unsigned open, const TriangleBlock& block, double unit, d
     else
       testPair(cornersOf(first_, leaf1, i), cornersOf(second_, leaf2, j));
   }
-  if (tied && !isDone()) testTied(tied, leaf1, leaf2);
+  if (tied && !isDone()) testTied(tied, tested, leaf1, leaf2);
+}
+
+/// Calls notApart(pair) for each pair of triangles of two leaves that no normal of the pairs
+/// separates by the limit, until the search is over.
+template <typename NotApart>
+void NearestPair::separate(unsigned pairs, const WideNode& leaf1, const WideNode& leaf2,
+                           const NotApart& notApart) const {
+  const TiedTriangles tied(
+      triangles_, pairs, [&](int i) { return verticesOf(cornersOf(first_, leaf1, i)); },
+      [&](int j) { return verticesOf(cornersOf(second_, leaf2, j)); });
+  pairs &= ~tied.apartAlong(triangles_.direction(), limitWithinRounding(), pairs);
+  while (pairs && !isDone()) {
+    const int bit = __builtin_ctz(pairs);
+    const unsigned apart = tied.apartNear(bit, limitWithinRounding(), pairs);
+    if (!(apart >> bit & 1)) notApart(bit);
+    pairs &= ~(apart | 1u << bit);
+  }
 }
 
 /// Tests pairs whose bounds in double precision may reach the limit, though those in single
 /// precision do not. Along the line between the nearest points pairs are tested one by one, which
-/// often is enough; the first that it does not separate needs further directions.
-void NearestPair::testTied(unsigned pairs, const WideNode& leaf1, const WideNode& leaf2) {
-  const auto first = [&](int i) { return verticesOf(cornersOf(first_, leaf1, i)); };
-  const auto second = [&](int j) { return verticesOf(cornersOf(second_, leaf2, j)); };
+/// often is enough; the first that it does not separate needs further directions. `tested`: of so
+/// many pairs.
+void NearestPair::testTied(unsigned pairs, int tested, const WideNode& leaf1,
+                           const WideNode& leaf2) {
   const double limit = limitWithinRounding();
-  while (pairs && triangles_.separation(first(__builtin_ctz(pairs) & 3),
-                                        second(__builtin_ctz(pairs) >> 2)) >= limit)
+  while (pairs && triangles_.separation(
+                      verticesOf(cornersOf(first_, leaf1, __builtin_ctz(pairs) & 3)),
+                      verticesOf(cornersOf(second_, leaf2, __builtin_ctz(pairs) >> 2))) >= limit)
     pairs &= pairs - 1;
   if (!pairs) return;
-  const TiedTriangles tied(triangles_, pairs, first, second);
-  pairs &= ~tied.apartAlong(triangles_.direction(), limit, pairs);
-  while (pairs && !isDone()) {
-    const int bit = __builtin_ctz(pairs);
-    const unsigned apart = tied.apartNear(bit, limitWithinRounding(), pairs);
-    if (!(apart >> bit & 1))
-      testPair(cornersOf(first_, leaf1, bit & 3), cornersOf(second_, leaf2, bit >> 2));
-    pairs &= ~(apart | 1u << bit);
-  }
+  mostly_tied_ = 2 * __builtin_popcount(pairs) > tested;
+  separate(pairs, leaf1, leaf2, [&](int bit) {
+    testPair(cornersOf(first_, leaf1, bit & 3), cornersOf(second_, leaf2, bit >> 2));
+  });
+}
+
+unsigned NearestPair::withoutTied(unsigned open, const WideNode& leaf1, const WideNode& leaf2) {
+  unsigned left = 0;
+  triangle_tests_ += __builtin_popcount(open);
+  separate(open, leaf1, leaf2, [&](int bit) { left |= 1u << bit; });
+  mostly_tied_ = 2 * __builtin_popcount(left) < __builtin_popcount(open);
+  return left;
 }
 
 void NearestPair::testPair(const Int4& first, const Int4& second) {

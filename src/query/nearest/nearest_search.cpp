@@ -346,6 +346,10 @@ void NearestSearch::push(const Pair& pair, const Gaps4x4& gaps, unsigned pairs) 
 void NearestSearch::testLeaves(const Pair& pair, unsigned open) {
   open = blocks_.near(pair.first, pair.second, open, limit_ * trees_.first().scale());
   if (!open) return;
+  if (nearest_.areMostlyTied()) {
+    open = nearest_.withoutTied(open, nodes1_[pair.first], nodes2_[pair.second]);
+    if (!open) return;
+  }
   const double unit = 1 / trees_.first().scale();
   nearest_.test(open, blocks_(pair.first, pair.second), unit, blocks_.error() * unit,
                 nodes1_[pair.first], nodes2_[pair.second]);
