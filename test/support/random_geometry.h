@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -42,6 +43,18 @@ class RandomGeometry {
     if (oneIn(4)) v = P::Unit(below(3)) * size;
     if (oneIn(8)) v = P::Constant(size);
     return v;
+  }
+
+  /// A triangle with this first corner, of any shape: general, a needle, a segment, a point, one
+  /// along the axes.
+  std::array<P, 3> triangleAt(const P& p, S size) {
+    const P u = vectorOfSize(size);
+    P v = vectorOfSize(size);
+    const int kind = below(8);
+    if (kind == 0) v = u * S(0.3) + point() * size * this->size(-9, -2);
+    if (kind == 1) v = u * S(0.3);
+    if (kind == 2) v = u;
+    return {p, p + u, kind == 3 ? p : P(p + v)};
   }
 
   /// Any rotation, or one by almost nothing, or none, or by quarter turns.

@@ -22,6 +22,9 @@ const Int4& cornersOf(const PlacedMesh& mesh, const WideNode& leaf, int i) {
 VertexIndices verticesOf(const Int4& corners) {
   return {unsigned(corners[0]), unsigned(corners[1]), unsigned(corners[2])};
 }
+VertexIndices verticesOf(const PlacedMesh& mesh, const WideNode& leaf, int i) {
+  return verticesOf(cornersOf(mesh, leaf, i));
+}
 
 }  // namespace
 
@@ -130,7 +133,7 @@ void NearestPair::test(unsigned open, const TriangleBlock& block, double unit, d
     if (bound + slack >= limit_)
       tied |= 1u << bit;
     else
-      testPair(cornersOf(first_, leaf1, i), cornersOf(second_, leaf2, j));
+      testPair(bit, leaf1, leaf2);
   }
   if (tied && !isDone()) testTied(tied, tested, leaf1, leaf2);
 }
@@ -141,8 +144,8 @@ template <typename NotApart>
 void NearestPair::separate(unsigned pairs, const WideNode& leaf1, const WideNode& leaf2,
                            const NotApart& notApart) const {
   const TiedTriangles tied(
-      triangles_, pairs, [&](int i) { return verticesOf(cornersOf(first_, leaf1, i)); },
-      [&](int j) { return verticesOf(cornersOf(second_, leaf2, j)); });
+      triangles_, pairs, [&](int i) { return verticesOf(first_, leaf1, i); },
+      [&](int j) { return verticesOf(second_, leaf2, j); });
   pairs &= ~tied.apartAlong(triangles_.direction(), limitWithinRounding(), pairs);
   while (pairs && !isDone()) {
     const int bit = __builtin_ctz(pairs);
@@ -159,15 +162,15 @@ void NearestPair::separate(unsigned pairs, const WideNode& leaf1, const WideNode
 void NearestPair::testTied(unsigned pairs, int tested, const WideNode& leaf1,
                            const WideNode& leaf2) {
   const double limit = limitWithinRounding();
-  while (pairs && triangles_.separation(
-                      verticesOf(cornersOf(first_, leaf1, __builtin_ctz(pairs) & 3)),
-                      verticesOf(cornersOf(second_, leaf2, __builtin_ctz(pairs) >> 2))) >= limit)
-    pairs &= pairs - 1;
+  for (; pairs; pairs &= pairs - 1) {
+    const int bit = __builtin_ctz(pairs);
+    if (!(triangles_.separation(verticesOf(first_, leaf1, bit & 3),
+                                verticesOf(second_, leaf2, bit >> 2)) >= limit))
+      break;
+  }
   if (!pairs) return;
   mostly_tied_ = 2 * __builtin_popcount(pairs) > tested;
-  separate(pairs, leaf1, leaf2, [&](int bit) {
-    testPair(cornersOf(first_, leaf1, bit & 3), cornersOf(second_, leaf2, bit >> 2));
-  });
+  separate(pairs, leaf1, leaf2, [&](int bit) { testPair(bit, leaf1, leaf2); });
 }
 
 unsigned NearestPair::withoutTied(unsigned open, const WideNode& leaf1, const WideNode& leaf2) {
@@ -178,7 +181,9 @@ unsigned NearestPair::withoutTied(unsigned open, const WideNode& leaf1, const Wi
   return left;
 }
 
-void NearestPair::testPair(const Int4& first, const Int4& second) {
+void NearestPair::testPair(int bit, const WideNode& leaf1, const WideNode& leaf2) {
+  const Int4 &first = cornersOf(first_, leaf1, bit & 3),
+             &second = cornersOf(second_, leaf2, bit >> 2);
   const VertexIndices a = verticesOf(first), b = verticesOf(second);
   const TriangleGap gap = triangles_.gap(a, b);
   if (!(gap.distance < result_.min_distance)) return;

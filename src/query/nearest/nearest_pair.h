@@ -66,7 +66,7 @@ class NearestPair {
   void test(unsigned open, const TriangleBlock& block, double unit, double error,
             const WideNode& leaf1, const WideNode& leaf2);
 
-  /// Whether normals decided most pairs of the two leaves that were tested last. Then `withoutTied`
+  /// Whether most pairs of the two leaves that were tested last needed normals. Then `withoutTied`
   /// takes less time than `test` for the next two.
   bool areMostlyTied() const { return mostly_tied_; }
   /// Returns the pairs of `open` that no normal separates by the limit, for `test`.
@@ -86,7 +86,7 @@ class NearestPair {
   void separate(unsigned pairs, const WideNode& leaf1, const WideNode& leaf2,
                 const NotApart& notApart) const;
   void testTied(unsigned pairs, int tested, const WideNode& leaf1, const WideNode& leaf2);
-  void testPair(const Int4& first, const Int4& second);
+  void testPair(int bit, const WideNode& leaf1, const WideNode& leaf2);
 
   const PlacedMesh &first_, &second_;
   const fcl::DistanceRequestd& request_;

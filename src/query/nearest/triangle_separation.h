@@ -121,8 +121,15 @@ class TiedTriangles {
                 const Second& second) {
     const Point origin = triangles.first(first(__builtin_ctz(pairs) & 3)[0]);
     for (int k = 0; k < 4; ++k) {
-      if (pairs & 0x1111u << k) first_.set(k, first(k), origin, triangles, firstOf);
-      if (pairs & 0xfu << 4 * k) second_.set(k, second(k), origin, triangles, secondOf);
+      if (pairs & 0x1111u << k) {
+        const VertexIndices v = first(k);
+        for (std::size_t c = 0; c < 3; ++c) first_.set(c, k, triangles.first(v[c]) - origin);
+      }
+      if (pairs & 0xfu << 4 * k) {
+        const VertexIndices v = second(k);
+        for (std::size_t c = 0; c < 3; ++c)
+          second_.set(c, k, triangles.secondInFirst(v[c]) - origin);
+      }
     }
   }
 
@@ -162,15 +169,10 @@ class TiedTriangles {
   struct Corners {
     double x[3][4] = {}, y[3][4] = {}, z[3][4] = {};
 
-    template <typename PointOf>
-    void set(int k, const VertexIndices& vertices, const Point& origin,
-             const TriangleSeparation& triangles, const PointOf& pointOf) {
-      for (std::size_t c = 0; c < 3; ++c) {
-        const Point p = pointOf(triangles, vertices[c]) - origin;
-        x[c][k] = p[0];
-        y[c][k] = p[1];
-        z[c][k] = p[2];
-      }
+    void set(std::size_t c, int k, const Point& p) {
+      x[c][k] = p[0];
+      y[c][k] = p[1];
+      z[c][k] = p[2];
     }
     Point corner(int c, int k) const { return {x[c][k], y[c][k], z[c][k]}; }
     Point normal(int k) const {
@@ -189,12 +191,6 @@ class TiedTriangles {
       return ranges;
     }
   };
-  static Point firstOf(const TriangleSeparation& triangles, unsigned vertex) {
-    return triangles.first(vertex);
-  }
-  static Point secondOf(const TriangleSeparation& triangles, unsigned vertex) {
-    return triangles.secondInFirst(vertex);
-  }
 
   Corners first_, second_;
 };

@@ -54,23 +54,16 @@ struct Leaves {
 
 class TiedTrianglesTest : public testing::Test {
  protected:
-  /// General, needles, segments and points.
-  void addTriangle(std::vector<P>& mesh, const P& at, double size) {
-    const P p = at + random_.point() * size, u = random_.vectorOfSize(size);
-    P v = random_.vectorOfSize(size);
-    const int kind = random_.below(8);
-    if (kind == 0) v = u * 0.3 + random_.point() * size * random_.size(-9, -2);
-    if (kind == 1) v = u * 0.3;
-    mesh.insert(mesh.end(), {p, p + u, kind == 2 ? p : P(p + v)});
-  }
   Leaves leaves() {
     Leaves leaves;
     const double size = random_.size(-6, 6), size_b = random_.oneIn(2) ? size : random_.size(-6, 6);
     const P at = random_.point() * (random_.oneIn(2) ? 0 : size * random_.size(-1, 3));
     leaves.to_first.R = random_.oneIn(3) ? fcl::Matrix3d::Identity() : random_.rotation();
     for (int k = 0; k < 4; ++k) {
-      addTriangle(leaves.a, at, size);
-      addTriangle(leaves.b, at, size_b);
+      for (const P& x : random_.triangleAt(at + random_.point() * size, size))
+        leaves.a.push_back(x);
+      for (const P& x : random_.triangleAt(at + random_.point() * size_b, size_b))
+        leaves.b.push_back(x);
     }
     const P away = random_.vectorOfSize((size + size_b) * random_.size(-3, 1));
     leaves.to_first.T = leaves.a[0] + away - leaves.to_first.R * leaves.b[0];

@@ -26,17 +26,6 @@ class Triangles : public testing::Test {
   using P = fcl::Vector3d;
   using Corners = std::array<P, 3>;
 
-  /// Of any shape: general, a needle, a segment, a point, one along the axes.
-  Corners triangle(S size, S offset) {
-    const P p = random_.point() * offset, u = random_.vectorOfSize(size);
-    P v = random_.vectorOfSize(size);
-    const int kind = random_.below(8);
-    if (kind == 0) v = u * S(0.3) + random_.point() * size * random_.size(-9, -2);
-    if (kind == 1) v = u * S(0.3);
-    if (kind == 2) v = u;
-    return {p, p + u, kind == 3 ? p : P(p + v)};
-  }
-
   struct Pair {
     Corners a, b;
     fcl::Transform3<S> tf1, tf2;
@@ -68,9 +57,12 @@ class Triangles : public testing::Test {
   Pair pair() {
     Pair p;
     const S size = random_.size(-6, 6), size_b = random_.oneIn(2) ? size : random_.size(-6, 6);
-    const auto offset = [&] { return random_.oneIn(2) ? S(0) : size * random_.size(-1, 3); };
-    p.a = triangle(size, offset());
-    p.b = triangle(size_b, offset());
+    const auto corner = [&]() -> P {
+      const S offset = random_.oneIn(2) ? S(0) : size * random_.size(-1, 3);
+      return random_.point() * offset;
+    };
+    p.a = random_.triangleAt(corner(), size);
+    p.b = random_.triangleAt(corner(), size_b);
     p.tf1 = random_.pose(random_.oneIn(2) ? S(0) : size);
     p.tf2.linear() = random_.rotation();
     const P away = random_.vectorOfSize((size + size_b) * random_.size(-5, 1));
