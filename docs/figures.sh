@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Measures all figures of the documents, and writes their tables and pictures.
+# Measures all figures of the documents, and writes their tables and pictures, and all times as
+# docs/figures.csv; `docs/figures_csv.py compare OLD NEW` names rows that became slower.
 #   docs/figures.sh [OPTION ...] [PART ...]
 #   --data FOLDER    the frames of simulations, see docs/performance.md; without them their tables
 #                    stay as they are
@@ -236,6 +237,7 @@ write_provenance() {
   fi
   write_provenance
   python3 -B docs/figures.py write "$results" "$documents"
+  python3 -B docs/figures_csv.py write "$results" "$documents/docs/figures.csv"
   for kind in contact growth totals; do
     name=$kind
     [ $kind != totals ] || name=thesis

@@ -12,6 +12,8 @@
 #include <emmintrin.h>
 #endif
 
+#include "base/shortcut.h"
+
 /// Forces inlining of small functions in the innermost loops, where a call would cost too much.
 #define ADAPTIVE_BVH_INLINE [[gnu::always_inline]] inline
 
@@ -46,7 +48,7 @@ namespace packs {
 /// Whether this processor has AVX2.
 ADAPTIVE_BVH_INLINE bool hasAvx2() {
 #if defined(__x86_64__)
-  return __builtin_cpu_supports("avx2");
+  return __builtin_cpu_supports("avx2") && isTaken(Shortcut::Avx2);
 #else
   return false;
 #endif

@@ -1,5 +1,7 @@
 #include "base/task_pool.h"
 
+#include "base/shortcut.h"
+
 #ifdef ADAPTIVE_BVH_HAS_TBB
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
@@ -9,7 +11,7 @@ namespace adaptive_bvh {
 
 #ifdef ADAPTIVE_BVH_HAS_TBB
 
-bool canRunTasks() { return true; }
+bool canRunTasks() { return isTaken(Shortcut::Threads); }
 
 /// Isolated, so that the calling thread does not execute unrelated, possibly long tasks of its
 /// arena while it waits for these.

@@ -2,6 +2,7 @@
 
 #include <atomic>
 
+#include "base/shortcut.h"
 #include "ccd/continuous_search.h"
 #include "ccd/feature_search.h"
 #include "triangles/moving_pairs4.h"
@@ -78,7 +79,9 @@ class EarliestImpact {
   void testAll(Ref (&refs)[kBatch], unsigned& count) {
     for (unsigned i = count; i % 4; ++i) refs[i] = refs[count - 1];
     for (unsigned i = 0; i < count; i += 4) {
-      unsigned apart = stayApart<kFirsts>(gather<kFirsts>(&refs[i]), limits());
+      const unsigned apart = isTaken(Shortcut::SinglePrecision)
+                                 ? stayApart<kFirsts>(gather<kFirsts>(&refs[i]), limits())
+                                 : 0;
       for (unsigned k = 0; k < 4 && i + k < count; ++k)
         if (!(apart >> k & 1)) test<kFirsts>(refs[i + k]);
     }

@@ -17,8 +17,8 @@ const PairTestTable* pairTests8() {
 }
 
 const PairTestTable& pairTests() {
-  static const PairTestTable& widest = pairTests8() ? *pairTests8() : pairTests4();
-  return widest;
+  const PairTestTable* eight = pairTests8();
+  return eight ? *eight : pairTests4();
 }
 
 }  // namespace adaptive_bvh

@@ -9,6 +9,7 @@
 #include "base/frame_change.h"
 #include "base/leased.h"
 #include "base/rigid.h"
+#include "base/shortcut.h"
 #include "boxes/wide_search.h"
 #include "boxes/wide_tree.h"
 #include "query/placed_mesh.h"
@@ -137,7 +138,7 @@ class TreePair {
   /// of the mesh with more triangles have no room for the other mesh, which is then much larger or
   /// far away.
   void align() {
-    if (frame_.isSame()) return;
+    if (frame_.isSame() || !isTaken(Shortcut::Alignment)) return;
     const bool is_first_smaller = placed1_.mesh.numTriangles() < placed2_.mesh.numTriangles();
     const PlacedMesh &smaller = is_first_smaller ? placed1_ : placed2_,
                      &larger = is_first_smaller ? placed2_ : placed1_;

@@ -102,8 +102,7 @@ const FitFunctions& fitFunctionsWithAvx2();
 
 const FitFunctions& fitFunctions() {
 #ifdef ADAPTIVE_BVH_HAS_AVX2
-  static const bool has_avx2 = packs::hasAvx2();
-  if (has_avx2) return fitFunctionsWithAvx2();
+  if (packs::hasAvx2()) return fitFunctionsWithAvx2();
 #endif
   return FitKernels<Float4>::kFunctions;
 }

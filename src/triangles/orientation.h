@@ -9,6 +9,8 @@
 
 #include <fcl/common/types.h>
 
+#include "base/shortcut.h"
+
 namespace adaptive_bvh {
 
 /// An exact sum of products of three doubles, without rounding, overflow or underflow. It consists
@@ -169,7 +171,8 @@ inline bool isExact(const fcl::Vector3d& x, const fcl::Vector3d& y, const fcl::V
 /// the error of each of the six products is at most 5 u times that, and the sum adds 20 u: 50 u in
 /// total.
 inline bool isCertain(double determinant, double size) {
-  return size > 0x1p-800 && size < 0x1p1000 && std::fabs(determinant) > 0x1p-47 * size;
+  return size > 0x1p-800 && size < 0x1p1000 && std::fabs(determinant) > 0x1p-47 * size &&
+         isTaken(Shortcut::RoundedPredicates);
 }
 
 /// The exact det(a - d, b - d, c - d). p, q and r are the rounded differences.
@@ -206,6 +209,7 @@ inline double orientation(const fcl::Vector3d& a, const fcl::Vector3d& b, const 
                       r.template lpNorm<Eigen::Infinity>();
   if (isCertain(determinant, size)) return determinant;
   if (areAcrossAxis(p, q, r)) return 0;
+  countExact(ExactDecision::Orientation);
   const ExactSum::Scaled exact = exactly(a, b, c, d, p, q, r).value();
   if (exact.mantissa == 0) return 0;
   const double value = std::ldexp(exact.mantissa, exact.exponent);
@@ -220,6 +224,7 @@ inline int exactOrientation(const fcl::Vector3d& a, const fcl::Vector3d& b, cons
                             const fcl::Vector3d& d) {
   const fcl::Vector3d p = a - d, q = b - d, r = c - d;
   if (orientations::areAcrossAxis(p, q, r)) return 0;
+  countExact(ExactDecision::TriangleSides);
   return orientations::exactly(a, b, c, d, p, q, r).sign();
 }
 
@@ -230,7 +235,10 @@ inline int planarOrientation(double px, double py, double qx, double qy, double 
   const double left = (px - rx) * (qy - ry), right = (py - ry) * (qx - rx);
   const double determinant = left - right, size = std::fabs(left) + std::fabs(right);
   const bool is_in_range = size > 0x1p-900 && size < 0x1p1000;
-  if (is_in_range && std::fabs(determinant) > 0x1p-50 * size) return determinant > 0 ? 1 : -1;
+  if (is_in_range && std::fabs(determinant) > 0x1p-50 * size &&
+      isTaken(Shortcut::RoundedPredicates))
+    return determinant > 0 ? 1 : -1;
+  countExact(ExactDecision::PlanarOrientation);
   ExactSum sum;
   sum.add(px, qy, 1);
   sum.subtract(px, ry, 1);

@@ -109,7 +109,8 @@ class RayTriangle {
   static constexpr double kAccurate = 0x1p20;
   /// Whether nothing overflows, or underflows by more than the error bounds allow for.
   static bool isInRange(double size, double width) {
-    return size < 0x1p300 && width > size * 0x1p-100 && width > 0x1p-300;
+    return size < 0x1p300 && width > size * 0x1p-100 && width > 0x1p-300 &&
+           isTaken(Shortcut::RoundedPredicates);
   }
 
   /// Replaces a 0 that results from underflow by the smallest positive number.
@@ -128,6 +129,7 @@ class RayTriangle {
   }
 
   bool meetsExactly(const Corners& t, Hit& hit) const {
+    countExact(ExactDecision::RayTriangle);
     ExactSum sides[3], all;
     bool is_left = false, is_right = false, is_on_a_side = false;
     for (std::size_t k = 0; k < 3; ++k) {

@@ -11,6 +11,7 @@ from pathlib import Path
 ROOT = Path(sys.argv.pop(1))
 sys.path.insert(0, str(ROOT / "docs"))
 import figures  # noqa: E402
+import figures_csv  # noqa: E402
 
 
 class Check(unittest.TestCase):
@@ -69,6 +70,60 @@ class Check(unittest.TestCase):
         values = {0: "0", 0.01234: "0.012", 9.96: "10", 53.4: "53", 131: "130", 24242: "24,000"}
         for value, text in values.items():
             self.assertEqual(figures.number(value), text)
+
+
+PRINTED = """
+Two bodies; medians of 3
+
+| method | triangles | update, ms | query, ms | faster than FCL |
+| --- | ---: | ---: | ---: | ---: |
+| FCL RSS | 10 | 8.00 | 4.00 | 1.00 |
+| ours | 10 | {ours} | 2.00 | 0.50 |
+
+| job | ours | FCL |
+| --- | ---: | ---: |
+| collide | 0.10 + 0.25 | 3.0 (1.2) |
+"""
+
+
+class Csv(unittest.TestCase):
+    def rows(self, ours="1.00"):
+        return {r[1:4]: r[4] for r in figures_csv.rows_of("part", PRINTED.format(ours=ours))}
+
+    def test_only_times_are_rows(self):
+        self.assertEqual(
+            self.rows(),
+            {
+                ("Two bodies", "FCL RSS", "update, ms"): 8,
+                ("Two bodies", "FCL RSS", "query, ms"): 4,
+                ("Two bodies", "ours", "update, ms"): 1,
+                ("Two bodies", "ours", "query, ms"): 2,
+                ("Two bodies", "collide", "ours"): 0.35,
+                ("Two bodies", "collide", "FCL"): 3,
+            },
+        )
+
+    def compared(self, ours, others):
+        """The names of slower rows, if ours takes `ours` and all rows of FCL `others` times."""
+        with tempfile.TemporaryDirectory() as folder:
+            for run, factor in (("old", 1), ("new", others)):
+                with open(f"{folder}/{run}.csv", "w", encoding="utf-8") as file:
+                    file.write(",".join(figures_csv.COLUMNS) + "\n")
+                    for (table, row, column), time in self.rows().items():
+                        if "FCL" in row + column:
+                            time *= factor
+                        elif run == "new" and "update" in column:
+                            time *= ours
+                        elif run == "new":
+                            time *= factor
+                        file.write(f'c,d,p,part,{table},{row},"{column}",{time}\n')
+            return figures_csv.compare(f"{folder}/old.csv", f"{folder}/new.csv")
+
+    def test_comparison(self):
+        self.assertEqual(self.compared(1.1, 1), 0)
+        self.assertEqual(self.compared(1.2, 1), 1)
+        self.assertEqual(self.compared(1.2, 1.2), 0)  # the machine is slower
+        self.assertEqual(self.compared(1, 0.5), 1)
 
 
 if __name__ == "__main__":

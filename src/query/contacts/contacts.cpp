@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/shortcut.h"
 #include "boxes/flat_patches.h"
 #include "query/contacts/candidate_tests.h"
 #include "query/pair_filter.h"
@@ -141,7 +142,7 @@ void collideWithItself(const ContactMesh& mesh, NeighbourFilter filter, const Ig
   const ContactSink sink(mesh, mesh, query, true, &ignored);
   const FlatPatches flat(mesh.placed.tree(), mesh.placed.mesh.topology->contours);
   PairInput input(mesh.placed, filter);
-  if (filter == NeighbourFilter::SharedVertex) input.flat = &flat;
+  if (filter == NeighbourFilter::SharedVertex && isTaken(Shortcut::FlatPatches)) input.flat = &flat;
   search(input, SameFrame(), sink);
 }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "base/rigid.h"
+#include "base/shortcut.h"
 #include "query/nearest/nearest_search.h"
 #include "query/single_precision.h"
 
@@ -15,6 +16,7 @@ class CoherentNearest {
   /// Lowers the query's distance to that of the meshes.
   void search(const PlacedMesh& first, const PlacedMesh& second,
               const DistanceQuery<double>& query) {
+    if (!isTaken(Shortcut::Coherence)) *this = CoherentNearest();
     if (!isAnswered(first, second, query.request)) {
       result_ = fcl::DistanceResultd();
       unsetPoints(result_);

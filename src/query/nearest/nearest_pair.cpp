@@ -1,5 +1,6 @@
 #include "query/nearest/nearest_pair.h"
 
+#include "base/shortcut.h"
 #include "query/nearest/farthest_point.h"
 #include "query/placed_mesh.h"
 
@@ -115,6 +116,10 @@ void NearestPair::addWitness(int triangle1, int triangle2) {
 
 void NearestPair::test(unsigned open, const TriangleBlock& block, double unit, double error,
                        const WideNode& leaf1, const WideNode& leaf2) {
+  if (!isTaken(Shortcut::SinglePrecision)) {
+    for (; open && !isDone(); open &= open - 1) testPair(__builtin_ctz(open), leaf1, leaf2);
+    return;
+  }
   const double off = rounding_.ofSeparations() + error,
                slack = double(block.slack()) * unit + 2 * off;
   const auto enough = static_cast<float>((limit_ + off) / unit * (1 + 1. / (1 << 20)));

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/shortcut.h"
+
 namespace adaptive_bvh {
 namespace {
 
@@ -62,6 +64,8 @@ NearestSearch::NearestSearch(const PlacedMesh& first, const PlacedMesh& second,
   next_check_ =
       std::max<long>(kWholeBodyCost, first.mesh.vertices.size() + second.mesh.vertices.size());
   next_alignment_ = 8 * trees_.costOfAlignment();  // supports mostly make it unnecessary
+  if (!isTaken(Shortcut::Supports))
+    next_supports_ = next_view_ = next_hulls_ = next_check_ = kNever;
 }
 
 const Boxes4& NearestSearch::secondBoxes(int node) {
@@ -344,7 +348,8 @@ void NearestSearch::push(const Pair& pair, const Gaps4x4& gaps, unsigned pairs) 
 }
 
 void NearestSearch::testLeaves(const Pair& pair, unsigned open) {
-  open = blocks_.near(pair.first, pair.second, open, limit_ * trees_.first().scale());
+  if (isTaken(Shortcut::SinglePrecision))
+    open = blocks_.near(pair.first, pair.second, open, limit_ * trees_.first().scale());
   if (!open) return;
   if (nearest_.areMostlyTied()) {
     open = nearest_.withoutTied(open, nodes1_[pair.first], nodes2_[pair.second]);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/shortcut.h"
 #include "query/points/boundary_kernel.h"
 #include "triangles/orientation.h"
 
@@ -69,6 +70,7 @@ struct SeenEdge {
 /// in the denominator cancel, so they are expressed by the exact |p x q|: docs/bounds.md, 16.
 double nearHalfAngle(const Vector& a, const Vector& b, const Vector& x, const SeenEdge& seen,
                      const Vector& apex) {
+  countExact(ExactDecision::BoundaryAngle);
   const ExactCross across(a, b, x, 2 * seen.exponent);
   const Vector edge = seen.enlarged(b - a);
   const double length = edge.norm();

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "base/leased.h"
+#include "base/shortcut.h"
 #include "base/task_pool.h"
 #include "boxes/tree_walk.h"
 #include "boxes/wide_tree.h"
@@ -171,6 +172,7 @@ class PointSearch {
   }
   /// Lanes whose lower bound is within the limit.
   ADAPTIVE_BVH_INLINE unsigned nearLanes(const Float4& bound) const {
+    if (!isTaken(Shortcut::SinglePrecision)) return 15;
     return 15 & ~float4::bits((bound > float4::all(0)) & (bound * bound > float4::all(limit_)));
   }
   /// Continues a search after many tests, by bounds along a line.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include "base/shortcut.h"
+
 namespace adaptive_bvh {
 namespace {
 
@@ -30,10 +32,11 @@ bool isPrecise(double value, const TrianglePoints<double>& face, const fcl::Vect
 /// have hardly a correct digit, so exact ones replace them.
 double crossingParameter(const TrianglePoints<double>& face, const fcl::Vector3d& p,
                          const fcl::Vector3d& q, double from, double to) {
-  if (isPrecise(from, face, p) && isPrecise(to, face, q)) {
+  if (isTaken(Shortcut::RoundedPredicates) && isPrecise(from, face, p) && isPrecise(to, face, q)) {
     const double a = 0.25 * std::fabs(from), b = 0.25 * std::fabs(to);  // their sum is finite
     return a / (a + b);
   }
+  countExact(ExactDecision::CrossingParameter);
   ExactSum above, whole;
   addOrientation(above, face[0], face[1], face[2], p);
   addOrientation(whole, face[0], face[1], face[2], p);

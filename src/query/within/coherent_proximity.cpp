@@ -6,6 +6,7 @@
 
 #include "adaptive_bvh/proximity.h"
 #include "base/scratch.h"
+#include "base/shortcut.h"
 #include "query/nearest/close_triangles.h"
 #include "query/tree_pair.h"
 #include "query/within/near_search.h"
@@ -236,6 +237,7 @@ struct KnownProximity {
 
 /// Whether two meshes are at most `distance` apart.
 bool areWithin(const PairOfMeshes& meshes, double distance, KnownProximity& known) {
+  if (!isTaken(Shortcut::Coherence)) known = KnownProximity();
   known.move(meshes);
   if (known.isStillNear(meshes, distance)) return true;
   if (known.isSurelyFarther(distance)) return false;

@@ -3,6 +3,7 @@
 
 #include "adaptive_bvh/feature_pairs.h"
 #include "adaptive_bvh/proximity.h"
+#include "base/shortcut.h"
 #include "boxes/flat_patches.h"
 #include "mesh/feature_owners.h"
 #include "query/closed_surface.h"
@@ -162,7 +163,8 @@ void collectOwnPairs(const PlacedMesh& placed, double distance, NeighbourFilter 
   const FlatPatches flat(placed.tree(), placed.mesh.topology->contours, distance);
   PairInput input(placed, filter, distance);
   // The heights of at least the longer triangles have to exceed the distance.
-  if (skips_flat && distance < 0.7 * meanEdge(placed.mesh)) input.flat = &flat;
+  if (skips_flat && isTaken(Shortcut::FlatPatches) && distance < 0.7 * meanEdge(placed.mesh))
+    input.flat = &flat;
   auto sink = makeSink(input);
   collect(input, SameFrame(), sink);
 }

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "base/rigid.h"
+#include "base/shortcut.h"
 #include "query/pair_corners.h"
 #include "query/pair_filter.h"
 #include "query/tree_pair.h"
@@ -38,6 +39,7 @@ class WithinTests {
     pairs = withoutNeighbours(pairs, in_.tree1, a, in_.tree2, b, in_.filter);
     if (!pairs) return;
     if (size_ > batch_ - 16) testAll();
+    if (!isTaken(Shortcut::SinglePrecision)) return addPairs(a, b, pairs);
     if constexpr (kByAxes) return addPairs(a, b, withoutApart(a, b, pairs));
     readFirst(a);
     readSecond(b);
@@ -133,8 +135,10 @@ class WithinTests {
   }
 
   void testAll() {
-    if constexpr (kByAxes) testAlongAxes();
-    testOpen();
+    if (isTaken(Shortcut::SinglePrecision)) {
+      if constexpr (kByAxes) testAlongAxes();
+      testOpen();
+    }
     for (int i = 0; i < size_ && !sink_.isDone(); ++i) settle(pairs_[i], verdicts_[i]);
     size_ = 0;
     batch_ = std::min(2 * batch_, Sink::kBatch);
@@ -166,7 +170,8 @@ class WithinTests {
     if (verdict == kNear && !sink_.needsGap()) return sink_.add(pair, nullptr);
     const TrianglePoints<double> p = in_.pointsOfFirst(pair.first),
                                  q = in_.pointsOfSecond(pair.second);
-    if (kByAxes && areSurelyFarther(p, q, in_.distance)) return;
+    if (kByAxes && isTaken(Shortcut::SinglePrecision) && areSurelyFarther(p, q, in_.distance))
+      return;
     const TriangleGap exact = gapOf(p, q);
     if (verdict == kNear || isNear(exact)) sink_.add(pair, &exact);
   }
