@@ -10,11 +10,13 @@ namespace adaptive_bvh {
 template <typename S>
 using TrianglePoints = std::array<fcl::Vector3<S>, 3>;
 
+/// Converts the corners to the number type `To`.
 template <typename To, typename From>
 TrianglePoints<To> pointsAs(const TrianglePoints<From>& t) {
   return {t[0].template cast<To>(), t[1].template cast<To>(), t[2].template cast<To>()};
 }
 
+/// A point of each of two objects.
 template <typename S>
 struct PointPair {
   fcl::Vector3<S> first, second;
