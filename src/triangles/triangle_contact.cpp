@@ -22,8 +22,8 @@ Point longestEdge(const TrianglePoints<double>& t) {
   return longest;
 }
 
-/// A unit normal for the contact of a with b: of one of them, pointing from a to b, or, if both are
-/// thin, a direction perpendicular to their edges.
+/// A unit normal for the contact of a and b: the normal of a or the opposite of that of b, or, if
+/// both are thin, a direction perpendicular to their longest edges.
 Point anyNormal(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
   if (!isThin(a)) return normalOf(a).stableNormalized();
   if (!isThin(b)) return -normalOf(b).stableNormalized();
@@ -98,9 +98,8 @@ Point nearestPoint(const TrianglePoints<double>& t, const Point& x) {
   return nearest;
 }
 
-/// Compares the sine of the angle between the edges, times their lengths over the longest edge's,
-/// with the square root of epsilon. Below that, the error of the normal's direction is as large as
-/// the triangle is wide.
+/// Whether twice the area is at most sqrt(epsilon) of the square of the longest edge. Then the
+/// error of the normal's direction is as large as the triangle is wide.
 bool isThin(const TrianglePoints<double>& t) {
   return normalOf(t).norm() <=
          std::sqrt(rounding::epsilon<double>()) * longestEdge(t).squaredNorm();
