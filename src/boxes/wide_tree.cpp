@@ -152,7 +152,7 @@ int WideTree::blockBegin(int node) const {
   if (node == 0) return 0;
   const auto beginsBlock = [&](const WideNode& leaf) {
     const auto first = static_cast<std::size_t>(leaf.first);
-    return first == 0 || slots().block(first) != slots().block(first - 1);
+    return first == 0 || slots().blockStart(first) != slots().blockStart(first - 1);
   };
   const auto from = nodes_.begin() + node;
   return static_cast<int>(
@@ -166,7 +166,7 @@ int WideTree::blockBegin(int node) const {
 std::size_t WideTree::firstSlot(int node) const {
   if (node == 0) return 0;
   if (node == size()) return slots().size();
-  return slots().block(static_cast<std::size_t>(nodes_[static_cast<std::size_t>(node)].first));
+  return slots().blockStart(static_cast<std::size_t>(nodes_[static_cast<std::size_t>(node)].first));
 }
 
 void WideTree::readPositions(const fcl::Vector3d* vertices, std::size_t begin, std::size_t end,

@@ -9,8 +9,8 @@
 
 namespace adaptive_bvh {
 
-/// A pair of groups of triangles that share mesh edges with a total length of `weight`. first <
-/// second.
+/// A pair of groups of triangles, first < second. `weight` is the total length of the mesh edges
+/// that they share; for proximityLinks it measures nearness.
 struct Link {
   unsigned first, second;
   double weight;
@@ -38,11 +38,12 @@ class GroupGraph {
   const Neighbour* end(unsigned group) const { return &neighbours_[start_[group + 1]]; }
 
  private:
-  Scratch<unsigned> start_;
+  Scratch<unsigned> start_;        // of each group's list in neighbours_; then the end of the last
   Scratch<Neighbour> neighbours_;  // one element more, so that `end` may point to it
 };
 
-/// Items sorted by a key below `keys` (stable counting sort). Items with key k begin at start[k].
+/// Items sorted by a key below `keys` (stable counting sort). After the constructor, items with key
+/// k begin at start[k].
 template <typename Item>
 struct Buckets {
   template <typename KeyOf>
