@@ -24,9 +24,9 @@ namespace {
 /// Chooses the lanes of the wide node that replaces the binary node `root`: up to four binary nodes
 /// below it, in the order of the leaves. Starts with the children of `root`, and replaces the
 /// largest lane by its children while there are fewer than four.
-class Lanes {
+class ChildLanes {
  public:
-  Lanes(const Scratch<OrderedTree::Node>& nodes, int root) : nodes_(nodes) {
+  ChildLanes(const Scratch<OrderedTree::Node>& nodes, int root) : nodes_(nodes) {
     expand(root, 0);
     const bool is_leaf = binary(root).count <= 4;
     for (int lane; count < 4 && (lane = largest(is_leaf)) >= 0;) expand(node[lane], lane);
@@ -83,7 +83,7 @@ WideTree::WideTree(const OrderedTree& binary, std::shared_ptr<const LeafTriangle
     const int number = size();
     if (parent >= 0) nodes_[static_cast<std::size_t>(parent)].below[lane] = number;
     depth_ = std::max(depth_, depth);
-    const Lanes lanes(binary.nodes, root);
+    const ChildLanes lanes(binary.nodes, root);
     const OrderedTree::Node& top = binary.nodes[static_cast<std::size_t>(root)];
     WideNode node{kEmptyBoxes, {-1, -1, -1, -1}, -1, unsigned(lanes.count), -1};
     if (top.count <= 4) {
