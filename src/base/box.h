@@ -35,7 +35,6 @@ struct Boxes4 {
   }
 };
 
-/// Packs four boxes.
 ADAPTIVE_BVH_INLINE Boxes4 boxes4(const Box& a, const Box& b, const Box& c, const Box& d) {
   const float4::Columns low = float4::columns(a.low, b.low, c.low, d.low),
                         high = float4::columns(a.high, b.high, c.high, d.high);
@@ -51,8 +50,7 @@ inline float squaredGapOf(double distance) {
                          : std::numeric_limits<float>::infinity();
 }
 
-/// The squared distances from each of the four boxes `a` to box `kLane` of `b`, all in one frame; 0
-/// for boxes that overlap.
+/// The squared distances of the four boxes `a` from box `kLane` of `b`; 0 for boxes that overlap.
 template <int kLane>
 ADAPTIVE_BVH_INLINE Float4 squaredGaps(const Boxes4& a, const Boxes4& b) {
   using float4::broadcast;

@@ -17,8 +17,7 @@ struct RelativePlacement {
   fcl::Vector3d T = fcl::Vector3d::Zero();
 
   RelativePlacement() = default;
-  /// The transform from frame `from` to frame `to`. Both frames are given by their poses in the
-  /// world.
+  /// The transform from frame `from` to frame `to`, which are given by their poses in the world.
   template <typename S>
   RelativePlacement(const fcl::Transform3<S>& to, const fcl::Transform3<S>& from) {
     const fcl::Matrix3d from_world = to.linear().template cast<double>().transpose();

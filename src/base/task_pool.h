@@ -108,12 +108,11 @@ class TaskPool {
   std::unique_ptr<Share[]> shares_;
 };
 
-/// One value for each slot of a TaskPool, on separate cache lines. Only the constructor allocates,
-/// and only for more than one slot.
+/// One value for each slot of a TaskPool of this size, on separate cache lines. Only the
+/// constructor allocates, and only for more than one slot.
 template <typename T>
 class PerThread {
  public:
-  /// `size` is that of the pool.
   explicit PerThread(int size) : others_(static_cast<std::size_t>(size) - 1) {}
   T& operator[](int slot) {
     return slot == 0 ? first_ : others_[static_cast<std::size_t>(slot) - 1].value;

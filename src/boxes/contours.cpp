@@ -76,9 +76,8 @@ bool isWorthATest(std::size_t triangles, std::size_t contour) {
   return triangles >= kFewest && contour * contour <= 256 * triangles;
 }
 
-/// Sets the patches of a tree's nodes and their contours. Nodes must be added from the last to the
-/// first: children follow their parent, so when a node is added, the edges of its children are at
-/// the end of edges_.
+/// Sets the patches of a tree's nodes and finds their contours. Add nodes from the last to the
+/// first: children follow their parent, so their edges are then at the end of edges_.
 class PatchFinder {
  public:
   PatchFinder(const WideNode* nodes, const VertexSlots& slots, Patch* patches)

@@ -8,8 +8,7 @@
 
 namespace adaptive_bvh {
 
-/// A vertex, and an edge, that a triangle owns (FeatureOwners), and their slots in that triangle's
-/// leaf.
+/// A vertex, and an edge, that a triangle owns (FeatureOwners), and their slots in its leaf.
 struct OwnedVertex {
   unsigned vertex, slot;
 };

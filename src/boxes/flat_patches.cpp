@@ -36,7 +36,6 @@ bool PlaneContour::keepsApart(float distance) {
   return isStar(distance) || (neighboursKeepApart(distance) && edgesKeepApart(distance));
 }
 
-/// One edge, repeated four times.
 PlaneContour::Ends PlaneContour::edge(std::size_t i) const {
   return {all(x_[i]), all(y_[i]), all(x_[i + 1]), all(y_[i + 1])};
 }
@@ -52,11 +51,11 @@ unsigned PlaneContour::edgesOf(std::size_t first) const {
 }
 
 /// Whether the polygon is star-shaped around its centroid (every edge turns left around it, and all
-/// edges together turn once), and therefore keeps its distance. Seen from the centroid, there is an
-/// edge between a corner and any edge that does not end at it. So the direction to a point of that
-/// edge differs from the direction to the corner by at least the least angle of an edge, and the
-/// point is at least as far from the centroid as the nearest edge. The distance of both is at least
-/// the product of the sine of that angle and that distance.
+/// edges together turn once) and large enough: seen from the centroid, there is an edge between a
+/// corner and any edge that does not end at it. So the directions to a point of that edge and to
+/// the corner differ by at least the least angle of an edge, and the point is at least as far from
+/// the centroid as the nearest edge: their distance is at least the sine of the one times the
+/// other.
 bool PlaneContour::isStar(float distance) const {
   float sum_x = 0, sum_y = 0;
   for (std::size_t i = 0; i < corners_; ++i) {
@@ -99,7 +98,6 @@ bool PlaneContour::neighboursKeepApart(float distance) const {
   return true;
 }
 
-/// The bounding box of the chain that begins at `first`.
 PlaneContour::ChainBox PlaneContour::boxOf(std::size_t first) const {
   const auto x = std::minmax_element(x_ + first, x_ + first + kChain + 1);
   const auto y = std::minmax_element(y_ + first, y_ + first + kChain + 1);
@@ -121,8 +119,7 @@ ADAPTIVE_BVH_INLINE Float4 PlaneContour::gapBeside(const Ends& e, const Ends& ot
   return upper(across, along) - distance * float4::squareRoot(squared);
 }
 
-/// Whether edge i keeps its distance from the edges of a chain that are later and not adjacent to
-/// it.
+/// Whether edge i keeps its distance from the later edges of a chain that are not adjacent to it.
 ADAPTIVE_BVH_INLINE bool PlaneContour::edgeKeepsApart(std::size_t i, std::size_t first,
                                                       float least) const {
   unsigned others = edgesOf(first);  // the edges of the chain that are still to test

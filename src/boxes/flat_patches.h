@@ -47,7 +47,7 @@ class PlaneContour {
   bool edgeKeepsApart(std::size_t i, std::size_t first, float least) const;
   unsigned edgesOf(std::size_t first) const;
   Ends edge(std::size_t i) const;
-  Ends chain(std::size_t first) const;
+  Ends chain(std::size_t first) const;  ///< the chain that begins at corner `first`
   ChainBox boxOf(std::size_t first) const;
   static Float4 gapBeside(const Ends& edge, const Ends& other, const Float4& distance);
 

@@ -42,16 +42,17 @@ class WideSearch::Walk {
     if (count_ > 0) passTo(sink);
   }
 
-  /// Visits one pair: pushes the pairs of its children whose boxes overlap.
+  /// Visits one pair: pushes the pairs of its children whose boxes overlap, or adds it to the leaf
+  /// pairs found.
   ADAPTIVE_BVH_INLINE void visit(const NodePair& pair) {
-    if (isSameNode(pair))
+    if (isSelfPair(pair))
       testNode(pair.first, isFlat(pair.first));
     else
       testPair(pair);
   }
 
   /// Whether a pair of nodes of one tree is a node with itself.
-  bool isSameNode(const NodePair& pair) const {
+  bool isSelfPair(const NodePair& pair) const {
     return trees_.is_self && pair.first == pair.second;
   }
   /// Whether a node is flat; false for a leaf.
@@ -196,7 +197,7 @@ void WideSearch::split(std::vector<NodePair>& pairs, std::size_t enough, const T
     if (trees_.flat)
       pool.forEach(static_cast<int>(pairs.size()), [&](int i, int) {
         const NodePair& pair = pairs[static_cast<std::size_t>(i)];
-        flat[static_cast<std::size_t>(i)] = walk.isSameNode(pair) && walk.isFlat(pair.first);
+        flat[static_cast<std::size_t>(i)] = walk.isSelfPair(pair) && walk.isFlat(pair.first);
       });
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       const NodePair pair = pairs[i];
@@ -204,7 +205,7 @@ void WideSearch::split(std::vector<NodePair>& pairs, std::size_t enough, const T
         lower.push_back(pair);
         continue;
       }
-      if (walk.isSameNode(pair))
+      if (walk.isSelfPair(pair))
         walk.testNode(pair.first, flat[i] != 0);
       else
         walk.testPair(pair);

@@ -107,8 +107,7 @@ void WideTree::assignTopology(const WideTree& other) {
 void WideTree::reserve(const TaskPool& pool) {
   positions_.resize(slots().size());
   residuals_.resize(slots().size());
-  postponed_.resize(static_cast<std::size_t>(pool.parts()) *
-                    (static_cast<std::size_t>(depth_) + 1));
+  postponed_.resize(std::size_t(pool.parts()) * (std::size_t(depth_) + 1));
 }
 
 void WideTree::reserve(const WideTree& other) {
@@ -176,13 +175,10 @@ std::size_t WideTree::firstSlot(int node) const {
 /// Converts the positions of a range of slots to the tree's coordinates, two at a time.
 void WideTree::readPositions(const fcl::Vector3d* vertices, std::size_t begin, std::size_t end,
                              bool is_shared) {
-  constexpr std::size_t kAhead = 32,
-                        kInALine = 4;  // slots to prefetch ahead; slots in a cache line
+  constexpr std::size_t kAhead = 32, kInALine = 4;  // slots to prefetch ahead; slots in a line
   const RoundedCoordinates coordinates(coordinates_);
   const std::vector<unsigned>& vertex_of = slots().vertices();
-  const auto position = [&](std::size_t slot) -> fcl::Vector3d {
-    return vertices[vertex_of[slot]];
-  };
+  const auto position = [&](std::size_t i) -> fcl::Vector3d { return vertices[vertex_of[i]]; };
   std::size_t i = begin;
   for (; i + 2 <= end; i += 2) {
     if (is_shared && (i - begin) % kInALine == 0 && i + kAhead < end) {

@@ -72,10 +72,8 @@ class Levels {
   BinaryTree take() { return std::move(tree_); }
 
  private:
-  /// The number of groups.
   unsigned size() const { return static_cast<unsigned>(groups_.size()); }
 
-  /// The bounding boxes of some nodes.
   Scratch<AlignedBox> boxes(const Scratch<unsigned>& nodes) const {
     Scratch<AlignedBox> result;
     result.reserve(nodes.size());
@@ -139,11 +137,10 @@ class Levels {
   }
 
   /// The components of the groups of the new level, after merge().
-  Scratch<unsigned> renumbered(const Scratch<unsigned>& old_component,
+  Scratch<unsigned> renumbered(const Scratch<unsigned>& old,
                                const Scratch<unsigned>& new_number) const {
     Scratch<unsigned> component(size());
-    for (std::size_t g = 0; g < old_component.size(); ++g)
-      component[new_number[g]] = old_component[g];
+    for (std::size_t g = 0; g < old.size(); ++g) component[new_number[g]] = old[g];
     return component;
   }
 

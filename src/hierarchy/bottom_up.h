@@ -15,8 +15,7 @@ struct BinaryTree {
   Scratch<std::array<unsigned, 2>> children;
 };
 
-/// Builds a tree over primitives 0 to count - 1, level by level, from the connectivity of the mesh
-/// (thesis appendix).
+/// Builds a tree of `count` primitives, level by level, by their connectivity (thesis appendix).
 ///
 /// On each level every group of triangles is paired with a neighbour, preferably the one with which
 /// it shares the greatest length of mesh edges: "a pairing whose total edge connection is large is
@@ -30,10 +29,9 @@ struct BinaryTree {
 /// Components that have become one group each, and points and triangles that share no edge, are
 /// merged in the same way, by proximity instead of shared edges.
 ///
-/// Every level halves the number of groups in a component, rounded up; merging components then
-/// halves the number of components on every level. So the depth is at most ceil(log2 t) + ceil(log2
-/// c) for c components, the largest with t triangles. As t + c <= n + 1, this is at most 2 log2(n +
-/// 1).
+/// Every level halves the number of groups in a component, rounded up; after that, every level
+/// halves the number of components. So the depth is at most ceil(log2 t) + ceil(log2 c) for c
+/// components, the largest with t triangles. As t + c <= n + 1, this is at most 2 log2(n + 1).
 ///
 /// Rejected alternatives: weights divided by the size of the groups or by the diagonal of their
 /// common box, and exchanging partners between two pairs if that increases the sum of weights. They

@@ -13,8 +13,7 @@ Scratch<Link> combined(unsigned groups, const Scratch<Link>& links) {
   Buckets<Link> by_first(groups, links, [](const Link& link) { return link.first; });
   Scratch<Link> result;
   result.reserve(links.size());
-  // The index in `result` of the last link with this second group. Valid for the present first
-  // group if it is `begin` or more.
+  // By second group: index in `result` of its last link; of the present first group if >= `begin`.
   Scratch<std::size_t> last_link(groups);
   for (unsigned g = 0; g < groups; ++g) {
     const std::size_t begin = result.size();
@@ -131,18 +130,17 @@ Side side(unsigned a, unsigned b, unsigned triangle) {
 
 /// Represents vertices at the same position by one of them, by an open-addressing hash table.
 template <typename S>
-class SamePositions {
+class Representatives {
  public:
-  SamePositions(const MeshView<S>& mesh, unsigned vertices)
+  Representatives(const MeshView<S>& mesh, unsigned vertices)
       : mesh_(mesh), representatives_(vertices, kEmpty) {
     std::size_t slots = 16;
     while (slots < 2 * std::size_t(vertices)) slots *= 2;
     slots_.assign(slots, kEmpty);
   }
 
-  /// The representative of a vertex: the first one at its position that this function was called
-  /// for.
-  unsigned representativeOf(unsigned vertex) {
+  /// The representative of a vertex: the first one at its position that was passed.
+  unsigned of(unsigned vertex) {
     unsigned& representative = representatives_[vertex];
     if (representative == kEmpty) representative = find(vertex);
     return representative;
@@ -180,12 +178,11 @@ class SamePositions {
 /// length. Returns whether an end was replaced.
 template <typename S>
 bool mergeEqualPositions(const MeshView<S>& mesh, unsigned vertices, Scratch<Side>& sides) {
-  SamePositions<S> same(mesh, vertices);
+  Representatives<S> representative(mesh, vertices);
   std::size_t kept = 0;
   bool has_replaced = false;
   for (const Side& s : sides) {
-    const Side merged =
-        side(same.representativeOf(s.from), same.representativeOf(s.to), s.triangle);
+    const Side merged = side(representative.of(s.from), representative.of(s.to), s.triangle);
     has_replaced |= merged.from != s.from || merged.to != s.to;
     if (merged.from != merged.to) sides[kept++] = merged;
   }

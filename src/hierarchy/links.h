@@ -42,8 +42,7 @@ class GroupGraph {
   Scratch<Neighbour> neighbours_;  // one element more, so that `end` may point to it
 };
 
-/// Items sorted by a key below `keys` (stable counting sort). After the constructor, items with key
-/// k begin at start[k].
+/// Items sorted by a key below `keys` (stable counting sort). Items with key k begin at start[k].
 template <typename Item>
 struct Buckets {
   template <typename KeyOf>

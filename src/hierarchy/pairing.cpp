@@ -76,9 +76,8 @@ class Search {
     done_.assign(graph_.size(), false);
     queue_ = isolated;
     for (unsigned g : isolated) root_[g] = g;
-    growing_trees_ = isolated.size();
-    for (std::size_t head = 0; head < queue_.size() && growing_trees_ > 1; ++head)
-      expand(queue_[head]);
+    growing_ = isolated.size();
+    for (std::size_t head = 0; head < queue_.size() && growing_ > 1; ++head) expand(queue_[head]);
 
     Scratch<unsigned> unpaired;
     for (unsigned g : isolated)
@@ -97,7 +96,7 @@ class Search {
         grow(outer, other);
       } else if (isOuter(other) && root_[other] != root_[outer] && !done_[root_[other]]) {
         done_[root_[outer]] = done_[root_[other]] = true;
-        growing_trees_ -= 2;
+        growing_ -= 2;
         exchange(outer, other);
         exchange(other, outer);
       }
@@ -136,7 +135,7 @@ class Search {
   Scratch<unsigned> from_;   // for an inner group: the outer group that it was reached from
   Scratch<bool> done_;       // by root: whether the root has been paired in this round
   Scratch<unsigned> queue_;  // outer groups to expand, breadth first
-  std::size_t growing_trees_ = 0;
+  std::size_t growing_ = 0;  // number of trees that are not done
 };
 
 /// At most 2 log2(groups) + 8 rounds.

@@ -21,15 +21,13 @@ class VertexSlots {
  public:
   static constexpr int kBlock = 64;
 
-  /// The slots below a node: of a node within a block, the slots first + i for each bit i set in
-  /// `bits`; of a larger node, for which `bits` is 0, the range from `first` to `last`, excluding
-  /// `last`.
+  /// The slots below a node. Of a node within a block: first + i for each bit i set in `bits`. Of a
+  /// larger node, for which `bits` is 0: the range from `first` to `last`, excluding `last`.
   struct Set {
     unsigned first, last;
     std::uint64_t bits;
   };
 
-  /// Assigns slots to the vertices of all leaves of a tree.
   template <typename S>
   void assign(const OrderedTree& tree, const MeshView<S>& mesh, std::size_t num_vertices);
 

@@ -55,15 +55,13 @@ class KeyHash {
 template <typename S>
 class KeptVertices {
  public:
-  /// `most` is the largest number of vertices to add.
-  KeptVertices(S tolerance, std::size_t most) : tolerance_(tolerance) {
+  KeptVertices(S tolerance, std::size_t most_vertices) : tolerance_(tolerance) {
     std::size_t slots = 1;
-    while (slots <= 2 * most) slots *= 2;
+    while (slots <= 2 * most_vertices) slots *= 2;
     slots_.assign(slots, kEmpty);
   }
 
-  /// Returns the smallest index of an added vertex within the tolerance of p, or `otherwise`, which
-  /// must be larger, if there is none.
+  /// The smallest index of an added vertex within the tolerance of p, or `otherwise` if smaller.
   std::size_t find(const fcl::Vector3<S>& p, const std::vector<fcl::Vector3<S>>& vertices,
                    std::size_t otherwise) const {
     const Key<S> cell = keyOf(p);
@@ -79,7 +77,6 @@ class KeptVertices {
     return first;
   }
 
-  /// Adds a vertex at position p.
   void add(const fcl::Vector3<S>& p, std::size_t vertex) {
     if (p.hasNaN()) return;  // NaN is never equal to a position
     std::size_t slot = slotOf(keyOf(p));
@@ -112,8 +109,7 @@ class KeptVertices {
   static constexpr std::size_t kEmpty = std::numeric_limits<std::size_t>::max();
   S tolerance_;
   KeyHash<S> hash_;
-  /// Vertex indices or kEmpty. A power of two slots, at least half of them empty.
-  std::vector<std::size_t> slots_;
+  std::vector<std::size_t> slots_;  ///< vertices or kEmpty; 2^n slots, at least half of them empty
 };
 
 }  // namespace

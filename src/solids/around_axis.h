@@ -88,7 +88,8 @@ struct RimAndEdge {
     shortest.tryBoth(w);
     const double along_u = u.dot(v), along_w = w.dot(v);
     const double c = across / length, s = edge[2] / length;
-    // The shortest has cos(t) u v < 0; so cos(t) is positive along `from`. `side`: sign of sin(t).
+    // The shortest is on the side, u or -u, whose product with v is negative. `side`: sign of
+    // sin(t).
     const fcl::Vector3d from = along_u > 0 ? fcl::Vector3d(-u) : u;
     for (const double side : {-1., 1.}) {
       const double tangent = leastTangent(half * c + side * along_w, std::abs(along_u), c, s);

@@ -16,13 +16,11 @@ using Triangle = TrianglePoints<double>;
 /// Points nearer than this share of the coordinates count as on the surface.
 constexpr double kOnSurface = 1e-8;
 
-/// Directions of translations of a cone: the inward normals of its lateral surface. They form a
-/// circle; their length does not matter.
+/// Directions of translations of a cone, of any length: the inward normals of its lateral surface.
 struct Slant {
   double radius, height;
 
-  /// The direction of the shortest translation that takes the lateral surface past a point v: the
-  /// normal on the side of v.
+  /// The normal on the side of v: the direction of the shortest translation past v.
   Vector towards(const Vector& v) const {
     const double length = axisDistance(v);
     if (!(length > 0)) return {height, 0, -radius};
@@ -112,8 +110,7 @@ LineInterval ConeSolid::lineInside(const Line& given) const {
     double first = sum / a, second = sum == 0 ? first : c / sum;
     if (first > second) std::swap(first, second);
     if (a > 0) return slab & LineInterval{first, second};
-    // The line is inside before the first root or after the second one: where the radius is
-    // positive.
+    // Inside before the first root or after the second one, where the cone's radius is positive.
     return slab & (ds < 0 ? LineInterval{-kInfinity, first} : LineInterval{second, kInfinity});
   });
 }

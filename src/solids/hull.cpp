@@ -124,9 +124,8 @@ FacedHull::FacedHull(const HullSolid& hull) : HullSolid(hull) {
   require(!planes_.empty());
 }
 
-/// Adds the plane of a triangle of a face, moved out to the farthest point of the hull. The corners
-/// may be in either order: the hull lies on one side of the plane, which determines the outward
-/// normal.
+/// Adds the plane of a triangle of a face, moved out to the farthest point of the hull. The normal
+/// n may point inward; the hull lies on one side, which determines the outward one.
 void FacedHull::addPlane(const Vector& a, const Vector& b, const Vector& c) {
   const Vector n = (b - a).cross(c - a).stableNormalized();
   if (n.isZero(0)) return;

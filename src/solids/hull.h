@@ -14,7 +14,6 @@ namespace adaptive_bvh {
 /// them.
 class HullSolid : public Solid {
  public:
-  /// `count` is the number of points, `inner_point` a point inside the hull.
   HullSolid(const Points& points, std::size_t count, const std::vector<int>& faces,
             const fcl::Vector3d& inner_point)
       : points_(points), count_(count), faces_(faces), inner_point_(inner_point) {}
@@ -46,7 +45,7 @@ class HullSolid : public Solid {
 
  private:
   const Points points_;
-  const std::size_t count_;
+  const std::size_t count_;  ///< number of points
   const std::vector<int>& faces_;
   const fcl::Vector3d inner_point_;
 };

@@ -10,9 +10,8 @@ using Triangle = TrianglePoints<double>;
 
 /// The distance of the shape from a point x of the edge e is convex along e. Its derivative is e n,
 /// where n is the outward direction of the surface at the point y nearest to x; its root is found
-/// by bisection and secants (the "Illinois" rule). n is not computed as x - y, because x - y is
-/// inaccurate near the surface, except at tips and rims, where Solid::surface returns a mean
-/// normal.
+/// by bisection and secants (the "Illinois" rule). n is not computed as x - y, which is inaccurate
+/// near the surface, except at tips and rims, where Solid::surface returns a mean normal.
 bool RoundSolid::considerEdge(const Vector& from, const Vector& to, TriangleGap& best) const {
   constexpr int kMostSteps = 200;
   constexpr double kParallel = 0.999;

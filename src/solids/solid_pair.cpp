@@ -61,20 +61,18 @@ class SegmentPair {
   }
 
  private:
-  /// `gap` and `touches` of a sphere. They use `surface`, which measures from either side, because
-  /// a plane has no inside.
+  /// `gap` and `touches` of a sphere, by `surface`, which measures from either side of a plane.
   TriangleGap gapOfBall() const {
     const Vector& x = segment_[0];
-    const ShapeSurface surface = other_.solid.surface(x);
-    if (surface.distance > radius_) return rounded({{x, surface.nearest}, surface.distance});
-    return touching(surface.distance > 0 ? surface.nearest : x);
+    const ShapeSurface found = other_.solid.surface(x);
+    if (found.distance > radius_) return rounded({{x, found.nearest}, found.distance});
+    return touching(found.distance > 0 ? found.nearest : x);
   }
   bool touchesBall(ShapeContact& contact) const {
     const Vector& x = segment_[0];
-    const ShapeSurface surface = other_.solid.surface(x);
-    if (surface.distance > radius_) return false;
-    contact = {surface.distance > 0 ? surface.nearest : x, -surface.outward,
-               radius_ - surface.distance};
+    const ShapeSurface found = other_.solid.surface(x);
+    if (found.distance > radius_) return false;
+    contact = {found.distance > 0 ? found.nearest : x, -found.outward, radius_ - found.distance};
     return true;
   }
   /// The separating direction from the segment to the shape. The difference of near points is
@@ -116,8 +114,7 @@ Triangle extremesAbove(const PlacedSolid& flat, const PlacedSolid& other) {
   return {lowest, highest, highest};
 }
 
-/// A pair of planes or half-spaces, in the world. `parallel` is the largest sine of parallel
-/// normals.
+/// A pair of planes or half-spaces, in the world. `parallel`: the largest sine of parallel normals.
 class FlatPair {
  public:
   FlatPair(const PlacedSolid& first, const PlacedSolid& second, double parallel)

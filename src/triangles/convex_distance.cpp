@@ -83,7 +83,6 @@ class DifferenceSet {
 class Simplex {
  public:
   void add(const Difference& point) { corners_[count_++] = point; }
-  /// Whether a point is one of the corners.
   bool has(const Difference& point) const {
     return std::any_of(corners_, corners_ + count_,
                        [&](const Difference& corner) { return corner.value == point.value; });
@@ -108,7 +107,6 @@ class Simplex {
     for (std::size_t k = 0; k < count_; ++k) nearest_.corners[k] = k;
   }
 
-  /// The squared distance of the nearest point from the origin.
   double squaredNorm() const { return squared_norm_; }
   template <typename Visit>
   void forEachCorner(const Visit& visit) const {
@@ -189,11 +187,8 @@ class Simplex {
   bool findOriginInside() {
     double volumes[4], sum = 0;
     for (std::size_t k = 0; k < 4; ++k) {
-      const auto corner = [&](std::size_t i) -> const Vector& {
-        return corners_[(k + i) % 4].value;
-      };
-      volumes[k] =
-          (k % 2 ? -1 : 1) * orientation(corner(1), corner(2), corner(3), Vector(Vector::Zero()));
+      const auto x = [&](std::size_t i) -> const Vector& { return corners_[(k + i) % 4].value; };
+      volumes[k] = (k % 2 ? -1 : 1) * orientation(x(1), x(2), x(3), Vector(Vector::Zero()));
       sum += volumes[k];
     }
     for (const double volume : volumes)
@@ -239,8 +234,7 @@ struct SeparatingPlane {
 /// Finishes a search (findGap) in which rounding hides that a support point beside the simplex
 /// would bring the simplex nearer to the origin. That happens if the two sets have nearly parallel
 /// or nearly flat faces. There the normal of a plane through an edge of the simplex and this point
-/// is a better search direction than the simplex's nearest point. Simplices of all points found are
-/// considered, not only of the last ones.
+/// is a better search direction than the simplex's nearest point.
 template <typename Differences>
 class FlatSearch {
  public:
@@ -309,7 +303,6 @@ ConvexGap gapOf(const Simplex& simplex, const SeparatingPlane& plane) {
   return {simplex.points(), distance, distance - plane.gap, plane.normal};
 }
 
-/// Not inlined, because findGap calls it rarely.
 template <typename Differences>
 [[gnu::noinline]] ConvexGap finishFlat(const Differences& differences, double error,
                                        Simplex simplex, SeparatingPlane plane,
@@ -437,8 +430,7 @@ class ExpandingPolytope {
         std::fabs(normal.dot(up - low)) > std::fabs(normal.dot(down - low)) ? up : down;
     corners_ = {low, high, across, top};
     if (!(std::fabs(normal.dot(top - low)) > kError * extent_)) return false;
-    const bool is_below = normal.dot(top - low) < 0;
-    if (is_below) std::swap(corners_[0], corners_[1]);  // so that all faces turn outward
+    if (normal.dot(top - low) < 0) std::swap(corners_[0], corners_[1]);  // all faces turn outward
     addFace(0, 2, 1);
     addFace(0, 1, 3);
     addFace(1, 2, 3);
@@ -512,8 +504,7 @@ class ExpandingPolytope {
   const double extent_;
   std::vector<Vector> corners_;
   std::vector<Face> faces_;
-  /// The direction measured with the smallest extent. The normal points from the first set to the
-  /// second.
+  /// The measured direction with the smallest extent; it points from the first set to the second.
   Penetration best_{Vector::UnitX(), std::numeric_limits<double>::infinity(), 0};
 };
 

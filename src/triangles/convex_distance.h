@@ -61,7 +61,7 @@ ConvexGap convexGap(const TrianglePoints<double>& triangle, const ConvexSet& set
                     const GapSearch& search = {});
 
 /// The penetration by expanding polytopes (van den Bergen 2001), with an error of at most 1e-10 of
-/// the extent of both.
+/// the extent of both, unless both are round (Penetration::error).
 Penetration penetrationOf(const ConvexSet& first, const ConvexSet& second);
 Penetration penetrationOf(const TrianglePoints<double>& triangle, const ConvexSet& set);
 

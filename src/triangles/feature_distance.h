@@ -73,8 +73,7 @@ template <typename S>
 bool nearestInside(const Edge<S>& first, const Edge<S>& second, const Point<S>& between, S& s,
                    S& t) {
   if (first.square < second.square) return nearestInside<S>(second, first, -between, t, s);
-  // The first edge is the longer one. In projection along it, t is where the second edge is
-  // nearest.
+  // In projection along the first edge, the longer one, t is where the second edge is nearest.
   const Point<S> other = first.across(second.along), from = first.across(between);
   t = -from.dot(other) * inverse(other.squaredNorm());
   if (t < 0 || t > 1) return false;
@@ -207,8 +206,7 @@ FeatureDistance<S> vertexFaceDistance(const Eigen::Matrix<S, 3, 1>& vertex,
   return found;
 }
 
-/// Like edgeEdgeDistance, for lengths whose squares do not underflow. Considers the four ends with
-/// the other edge, and the interiors.
+/// Like edgeEdgeDistance, for lengths whose squares do not underflow.
 template <typename S>
 FeatureDistance<S> longEdgeEdgeDistance(const std::array<Eigen::Matrix<S, 3, 1>, 2>& a,
                                         const std::array<Eigen::Matrix<S, 3, 1>, 2>& b,

@@ -51,9 +51,8 @@ ADAPTIVE_BVH_INLINE Vector4x3 edgeEdgeDirection(const Vector4x3 (&corners)[4]) {
   return sum(w, difference(scaled(v, t), scaled(u, s)));
 }
 
-/// The direction, of any length, from a vertex to the nearest point of a face: the normal if the
-/// vertex projects into the face, else the vector to the nearest point of a side. `corners` are the
-/// vertex and the face's corners.
+/// The direction, of any length, from a vertex (the first corner) to the nearest point of a face:
+/// the normal if the vertex projects into the face, else the vector to the nearest point of a side.
 ADAPTIVE_BVH_INLINE Vector4x3 vertexFaceDirection(const Vector4x3 (&corners)[4]) {
   using vectors::cross;
   using vectors::difference;

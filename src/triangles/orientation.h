@@ -84,8 +84,7 @@ class ExactSum {
     return difference;
   }
 
-  /// Decomposes |x| = integer * 2^exponent, with exponent >= -1074. Returns the integer, below
-  /// 2^53.
+  /// Decomposes |x| = integer * 2^exponent, exponent >= -1074. Returns the integer, below 2^53.
   static std::uint64_t integerOf(double x, int& exponent) {
     constexpr int kFraction = 52, kBias = 1075, kExponents = 0x7ff;  // the layout of a double
     std::uint64_t bits;
@@ -113,8 +112,7 @@ class ExactSum {
         limbs[k] = limbs[k] << shift | limbs[k - 1] >> (64 - shift);
       limbs[0] <<= shift;
     }
-    accumulate(limbs, static_cast<std::size_t>(lowest_bit / 64),
-               is_negative ? subtracted_ : added_);
+    accumulate(limbs, std::size_t(lowest_bit / 64), is_negative ? subtracted_ : added_);
   }
 
   /// Adds four limbs to a sum, from limb `begin` on.
@@ -163,9 +161,8 @@ inline bool isExact(double x, double y, double difference) {
   return (x - (difference + other)) + (other - y) == 0;
 }
 /// The same for each component.
-inline bool isExact(const fcl::Vector3d& x, const fcl::Vector3d& y, const fcl::Vector3d& diff) {
-  return isExact(x[0], y[0], diff[0]) && isExact(x[1], y[1], diff[1]) &&
-         isExact(x[2], y[2], diff[2]);
+inline bool isExact(const fcl::Vector3d& x, const fcl::Vector3d& y, const fcl::Vector3d& d) {
+  return isExact(x[0], y[0], d[0]) && isExact(x[1], y[1], d[1]) && isExact(x[2], y[2], d[2]);
 }
 
 /// Whether a rounded determinant of three differences certainly has the correct sign. `size` is the
@@ -220,8 +217,7 @@ inline double orientation(const fcl::Vector3d& a, const fcl::Vector3d& b, const 
              : std::copysign(std::numeric_limits<double>::max(), value);
 }
 
-/// The exact sign of orientation(a, b, c, d), for cases in which the rounded determinant is not
-/// certain.
+/// The exact sign of orientation(a, b, c, d), if the rounded determinant is not certain.
 inline int exactOrientation(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& c,
                             const fcl::Vector3d& d) {
   const fcl::Vector3d p = a - d, q = b - d, r = c - d;

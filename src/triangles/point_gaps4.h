@@ -74,8 +74,8 @@ class PointGaps4 {
     const Float4 square = vectors::dot(vector, vector);
     nearest.keep(square < nearest.squared, square, vector);
   }
-  /// Takes the projection of the point on the triangle's plane, if it lies inside the triangle: it
-  /// is then nearer than all edges.
+  /// Takes the projection of the point on the triangle's plane, if it is inside: it is then
+  /// nearest.
   ADAPTIVE_BVH_INLINE void considerFace(const Vector4x3 (&edges)[3], Nearest& nearest) const {
     using float4::all;
     const Vector4x3 normal = vectors::cross(edges[0], edges[1]);

@@ -27,8 +27,7 @@ class Directions {
  public:
   static constexpr int kCount = 5;
 
-  /// `firsts` is the number of corners of the first feature: 1 for a vertex and a face, 2 for
-  /// edges.
+  /// `firsts` is the number of corners of the first feature: of a vertex 1, of an edge 2.
   Directions(int firsts, const Corners& x) : firsts_(firsts) {
     edges_[0] = firsts == 1 ? x[2] - x[1] : x[1] - x[0];
     edges_[1] = x[3] - x[2];

@@ -9,8 +9,7 @@
 #include "base/vectors.h"
 #include "triangles/triangle_pairs.h"
 
-// Lower bounds of distances between four triangles and four triangles, in single precision, for
-// queries that compare the triangles of two leaves.
+// Lower bounds of distances of four and four triangles, those of two leaves, in single precision.
 namespace adaptive_bvh {
 
 /// Four triangles in single precision, relative to a nearby origin.
@@ -97,8 +96,7 @@ class TriangleBlock {
     const Vector4x3 between = vectors::difference(lane<kLane>(q_.middle), p_.middle);
     return upper<Float4>(best, certain(gap(p, q, TriangleSides::unit(between))));
   }
-  /// A bound of the amount by which the rounding margins lower a bound, compared with exact
-  /// arithmetic.
+  /// The most by which rounding margins lower a bound, compared with exact arithmetic.
   float slack() const { return 4 * margin_[0]; }
 
  private:
@@ -178,6 +176,7 @@ class LeafSlab {
   struct Range {
     Float4 low, high;
   };
+  /// The range of each triangle's corners along the slab's normal.
   ADAPTIVE_BVH_INLINE Range along(const Vector4x3 (&corners)[3]) const {
     using float4::lower;
     using float4::upper;

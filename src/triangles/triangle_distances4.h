@@ -158,8 +158,7 @@ class TriangleDistances4 {
     }
   }
 
-  /// A bit for each pair with two points, at this squared distance, that are certainly nearer than
-  /// the limit.
+  /// A bit for each pair whose points, at this squared distance, are certainly within the limit.
   ADAPTIVE_BVH_INLINE unsigned isNear(const Float4& squared, float limit) const {
     const Float4 within = float4::upper<Float4>(float4::all(limit) - margin_, float4::all(0));
     return float4::bits(squared * float4::all(1 + kSquares) < within * within);

@@ -99,7 +99,7 @@ class SeparatedPoints {
         if (u[(i + 2) % 3].dot(between) + on_a.dot(between) < -tolerance_ * between.lpNorm<1>() ||
             v[(j + 2) % 3].dot(between) + on_b.dot(between) > tolerance_ * between.lpNorm<1>())
           continue;
-        if (areProved(a_[i] + on_a, b_[j] + on_b, between)) return true;
+        if (accept(a_[i] + on_a, b_[j] + on_b, between)) return true;
       }
     return findAbove(a_, u, b_, 1) || findAbove(b_, v, a_, -1);
   }
@@ -136,14 +136,12 @@ class SeparatedPoints {
     }
     const fcl::Vector3d foot =
         face[0] + (weights[2] / sum) * edges[0] - (weights[0] / sum) * edges[2];
-    return sign > 0 ? areProved(foot, corner, corner - foot)
-                    : areProved(corner, foot, foot - corner);
+    return sign > 0 ? accept(foot, corner, corner - foot) : accept(corner, foot, foot - corner);
   }
 
   /// Accepts two points, one of each triangle, if all corners lie beyond the two planes through
   /// them. `between` is on_b - on_a.
-  bool areProved(const fcl::Vector3d& on_a, const fcl::Vector3d& on_b,
-                 const fcl::Vector3d& between) {
+  bool accept(const fcl::Vector3d& on_a, const fcl::Vector3d& on_b, const fcl::Vector3d& between) {
     const double square = between.squaredNorm(), tolerance = tolerance_ * between.lpNorm<1>();
     if (!(square > least_)) return false;
     for (std::size_t k = 0; k < 3; ++k)
@@ -171,8 +169,7 @@ double extentOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b
   return (high - low).maxCoeff();
 }
 
-/// The gap by all pairs of features, in coordinates multiplied by `unit`, the enlargement for the
-/// extent of both triangles.
+/// The gap by all pairs of features, in coordinates enlarged by `unit` (rounding::enlargement).
 TriangleGap gapOfFeatures(const TrianglePoints<double>& a, const TrianglePoints<double>& b,
                           double unit) {
   const auto gap = [](const TrianglePoints<double>& p, const TrianglePoints<double>& q) {

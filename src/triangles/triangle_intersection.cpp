@@ -56,7 +56,7 @@ bool passesThrough(const Vector& p, const Vector& q, const Triangle& face) {
 /// The parameter, 0 at p and 1 at q, at which a segment crosses the face's plane; p and q lie on
 /// opposite sides. Computed without cancellation: for needles, double precision would leave hardly
 /// a correct digit.
-double shareToPlane(const Triangle& face, const Vector& p, const Vector& q) {
+double planeShare(const Triangle& face, const Vector& p, const Vector& q) {
   ExactSum above, whole;
   addOrientation(above, face[0], face[1], face[2], p);
   addOrientation(whole, face[0], face[1], face[2], p);
@@ -64,8 +64,7 @@ double shareToPlane(const Triangle& face, const Vector& p, const Vector& q) {
   return above.value() / whole.value();
 }
 
-/// Decides about points of one plane, projected along a coordinate axis that does not lie in that
-/// plane. The projection loses nothing.
+/// Decides about points of one plane, in a projection along a coordinate axis across that plane.
 class Projection {
  public:
   explicit Projection(int axis) : i_((axis + 1) % 3), j_((axis + 2) % 3) {}
@@ -181,13 +180,11 @@ bool TriangleIntersection::findCrossing(const Triangle& edges, const Triangle& f
 PointPair<double> TriangleIntersection::crossing() const {
   const Triangle& face = edges_ == &a_ ? b_ : a_;
   const Vector &p = (*edges_)[edge_], &q = (*edges_)[(edge_ + 1) % 3];
-  const Vector on_edge = p + shareToPlane(face, p, q) * (q - p),
+  const Vector on_edge = p + planeShare(face, p, q) * (q - p),
                on_face = nearestPoint(face, on_edge);
   return edges_ == &a_ ? PointPair<double>{on_edge, on_face} : PointPair<double>{on_face, on_edge};
 }
 
-/// `of_p` and `of_q` are the vertex indices of the corners.
-///
 /// One shared corner v, triangles v a b and v c d: their intersection is convex. A ray from v
 /// through another common point leaves one of the triangles first, through the side opposite to v.
 /// So they have another common point if and only if the segment a b intersects v c d, or c d

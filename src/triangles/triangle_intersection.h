@@ -42,7 +42,7 @@ inline bool touch(const TrianglePoints<double>& a, const TrianglePoints<double>&
 /// Whether two triangles have a common point beyond the corners that they share by index, or any
 /// common point if they share no corner. Decided exactly for the given numbers. True for triangles
 /// that share all three corners. A triangle without area, such as one that repeats a corner, has no
-/// point beyond a shared corner.
+/// point beyond a shared corner. `of_p` and `of_q` are the corners' vertex indices.
 bool meetBeyondShared(const TrianglePoints<double>& p, const std::array<unsigned, 3>& of_p,
                       const TrianglePoints<double>& q, const std::array<unsigned, 3>& of_q);
 
