@@ -5,6 +5,7 @@
 #include "deformable/mesh_state.h"
 #include "deformable/mesh_step.h"
 
+// The calls of DeformableMesh except save and load. Builds and updates are in mesh_step.cpp.
 namespace adaptive_bvh {
 namespace {
 

@@ -181,7 +181,7 @@ void build(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> tri
 
 namespace {
 
-/// Sets all of a mesh's state except the positions and boxes of the tree, the radius and the version.
+/// Sets all of a mesh's state except positions and boxes of the tree, radius and version.
 void buildState(std::vector<fcl::Vector3d> vertices, std::vector<fcl::Triangle> triangles,
                 const OrderedTree& order, const fcl::Matrix3d* axes, MeshState& state) {
   const MeshView<double> mesh{vertices.data(), nullptr, triangles.data()};

@@ -98,10 +98,10 @@ struct RimAndEdge {
   }
 
  private:
-  /// The tangent x > 0 of the angle that minimizes the length: where its derivative divided by the
-  /// cosine, g(x) = d + a x - radius c^2 x / sqrt(1 + s^2 x^2), s^2 + c^2 = 1, changes from
-  /// negative to positive. 0 if there is none. g is convex, so Newton's method approaches the root
-  /// from the right without passing it.
+  /// The tangent x > 0 of the angle t that minimizes the length: where the derivative of the length
+  /// divided by cos(t), g(x) = d + a x - radius c^2 x / sqrt(1 + s^2 x^2), s^2 + c^2 = 1, changes
+  /// from negative to positive. 0 if there is none. g is convex, so Newton's method approaches the
+  /// root from the right without passing it.
   double leastTangent(double d, double a, double c, double s) const {
     constexpr int kMostSteps = 60;
     const double k = radius * c * c, s2 = s * s;

@@ -99,9 +99,10 @@ class SurfaceChart {
   /// The radius of a surface of revolution at a parameter.
   double radiusAt(const Vector& parameter) const { return a_[0] + parameter[0] * (b_[0] - a_[0]); }
 
-  /// The patch of the unit sphere is the triangle, moved outward along radii. A point of the
-  /// triangle with barycentric coordinates l has the squared radius 1 - sum l_i l_j e_ij^2, where e
-  /// are the edges: at least 1 minus a third of the square of the longest edge.
+  /// The patch of the unit sphere is the triangle, each point x moved outward to x / |x|: by no
+  /// more than 1 / least - 1 times x, where `least` is the least |x|. With the barycentric
+  /// coordinates l and the edges e of the triangle, |x|^2 is 1 - sum l_i l_j e_ij^2: at least 1
+  /// minus a third of the square of the longest edge.
   Bulge roundBulge(const Vector& p, const Vector& q, const Vector& r) const {
     const double square =
         std::max({(q - p).squaredNorm(), (r - q).squaredNorm(), (p - r).squaredNorm()}) / 3;

@@ -81,6 +81,7 @@ class SeparatedPoints {
     double best = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t j = 0; j < 3; ++j) {
+        // The parameters s and t of the nearest points of edge i of a and edge j of b.
         const fcl::Vector3d w = b_[j] - a_[i];
         const double uv = u[i].dot(v[j]), uw = u[i].dot(w), vw = v[j].dot(w),
                      across = uu[i] * vv[j] - uv * uv;
