@@ -35,8 +35,8 @@ auto BestFitRotation::samplesOf(const fcl::Vector3d* positions) const -> Samples
 /// By the algorithm of Kabsch: the singular value decomposition of the covariance of the samples
 /// now and at the start.
 bool BestFitRotation::update(const fcl::Vector3d* positions, fcl::Matrix3d& axes) {
-  constexpr double kMoved = 1. / 1600, kFlat = 1e-4, kRigid = 0.999;
-  constexpr double kCosine = 0.98;  // 11 degrees
+  constexpr double kMoved = 1. / 1600, kFlat = 1e-4, kRigid = 0.999;  // kMoved: of squares
+  constexpr double kCosine = 0.98;                                    // 11 degrees
   const Samples now = samplesOf(positions);
   if (!((now - last_).squaredNorm() > kMoved * start_.squaredNorm())) return false;
   last_ = now;

@@ -13,7 +13,8 @@ Scratch<Link> combined(unsigned groups, const Scratch<Link>& links) {
   Buckets<Link> by_first(groups, links, [](const Link& link) { return link.first; });
   Scratch<Link> result;
   result.reserve(links.size());
-  // By second group: index in `result` of its last link; of the present first group if >= `begin`.
+  // By second group: the index in `result` of the last link to it, or 0. This link has the present
+  // first group if the index is at least `begin`.
   Scratch<std::size_t> last_link(groups);
   for (unsigned g = 0; g < groups; ++g) {
     const std::size_t begin = result.size();

@@ -106,9 +106,9 @@ class TriangleDistances4 {
     return float4::lower<Float4>(float4::upper<Float4>(v, float4::all(0)), float4::all(1));
   }
 
-  /// Considers the nearest points of all pairs of edges, parallel ones included. With the parameter
-  /// s of the lines' nearest point on the first edge, clamped: t is that of the point on the second
-  /// edge nearest to it, then s that of the point on the first edge nearest to t's.
+  /// Considers the nearest points of all pairs of edges, parallel ones included: clamps the lines'
+  /// nearest point to the first edge (parameter s), takes the point of the second edge nearest to
+  /// it (t), then the point of the first edge nearest to that one (s).
   ADAPTIVE_BVH_INLINE void considerEdges(Nearest& nearest) const {
     Vector4x3 p_edge[3], q_edge[3];
     Float4 p_squared[3], q_squared[3], p_inverse[3], q_inverse[3];
