@@ -6,7 +6,7 @@
 
 namespace adaptive_bvh {
 
-/// An axis-aligned box.
+/// An axis-aligned box in single precision; the fourth components are not used.
 struct Box {
   Float4 low, high;
 
@@ -19,7 +19,7 @@ struct Box {
   ADAPTIVE_BVH_INLINE Float4 center() const { return (low + high) * float4::all(0.5f); }
   ADAPTIVE_BVH_INLINE Float4 halfSides() const { return (high - low) * float4::all(0.5f); }
 
-  /// The largest |x|, |y| or |z| of all points.
+  /// The largest |x|, |y| or |z| of a point of the box.
   float largestCoordinate() const {
     return float4::largest(float4::upper(float4::absolute(low), float4::absolute(high)));
   }
@@ -41,8 +41,8 @@ ADAPTIVE_BVH_INLINE Boxes4 boxes4(const Box& a, const Box& b, const Box& c, cons
   return {{low.x, low.y, low.z}, {high.x, high.y, high.z}};
 }
 
-/// An upper bound of squaredGaps for boxes that are `distance` apart: rounded up by more than the
-/// rounding error of squares and sums.
+/// An upper bound of squaredGaps for boxes that are at most `distance` apart: the square, rounded
+/// up by more than the rounding errors of squares and sums and by what underflow loses.
 inline float squaredGapOf(double distance) {
   constexpr double kFar = 1e15;  // its square is within single precision
   constexpr double kLeast = 1e-37;
@@ -50,7 +50,7 @@ inline float squaredGapOf(double distance) {
                          : std::numeric_limits<float>::infinity();
 }
 
-/// The squared distances from each of the four boxes `a` to box `kLane` of `b`, all in one frame.
+/// The squared distances of the four boxes `a` from box `kLane` of `b`; 0 for boxes that overlap.
 template <int kLane>
 ADAPTIVE_BVH_INLINE Float4 squaredGaps(const Boxes4& a, const Boxes4& b) {
   using float4::broadcast;

@@ -6,8 +6,8 @@
 
 namespace adaptive_bvh {
 
-/// Four numbers in single precision: x, y, z, and a fourth that is not used. Loads and stores touch
-/// all four.
+/// Four numbers in single precision, as a 3D vector (x, y, z, unused) or as one number for each of
+/// four objects. Loads and stores touch all four.
 using Float4 = Pack<float>;
 
 namespace float4 {
@@ -33,13 +33,14 @@ ADAPTIVE_BVH_INLINE Float4 broadcast(const Float4& v) {
   return all(v[kLane]);
 }
 
-/// x + y + z, and the maximum of x, y and z.
+/// x + y + z; the fourth number is left out.
 ADAPTIVE_BVH_INLINE float sum(const Float4& v) { return v[0] + v[1] + v[2]; }
+/// The maximum of x, y and z.
 ADAPTIVE_BVH_INLINE float largest(const Float4& v) {
   return std::fmax(std::fmax(v[0], v[1]), v[2]);
 }
 
-/// y, z, x.
+/// The vector (y, z, x).
 ADAPTIVE_BVH_INLINE Float4 rotated(const Float4& v) {
 #if defined(__SSE2__)
   return _mm_shuffle_ps(v, v, _MM_SHUFFLE(3, 0, 2, 1));
@@ -48,11 +49,11 @@ ADAPTIVE_BVH_INLINE Float4 rotated(const Float4& v) {
 #endif
 }
 ADAPTIVE_BVH_INLINE Float4 cross(const Float4& a, const Float4& b) {
-  return rotated(a * rotated(b) - rotated(a) * b);
+  return rotated(a * rotated(b) - rotated(a) * b);  // the inner difference is (z, x, y)
 }
 ADAPTIVE_BVH_INLINE float dot(const Float4& a, const Float4& b) { return sum(a * b); }
 
-/// The transpose of four vectors: x holds their four x, and so on. Bits are copied unchanged.
+/// The transpose of four vectors: x holds the x of all four, and so on. Bits are copied unchanged.
 struct Rows {
   Float4 x, y, z, w;
 };
@@ -69,8 +70,8 @@ ADAPTIVE_BVH_INLINE Rows transposed(const Float4& a, const Float4& b, const Floa
 #endif
 }
 
-/// The transpose without the fourth components.
 using Columns = Vectors<Float4>;
+/// The transpose without the fourth components.
 ADAPTIVE_BVH_INLINE Columns columns(const Float4& a, const Float4& b, const Float4& c,
                                     const Float4& d) {
   const Rows rows = transposed(a, b, c, d);
@@ -84,8 +85,7 @@ ADAPTIVE_BVH_INLINE Float4 sums(const Float4& a, const Float4& b, const Float4& 
   return all.x + all.y + all.z;
 }
 
-/// Rounds doubles to single precision: two, followed by zeros, or four. `widenedXy` and `widenedZw`
-/// convert two of four back.
+/// Rounds doubles to single precision: two, followed by zeros, or four.
 ADAPTIVE_BVH_INLINE Float4 narrowed(const Pack<double>& xy) {
 #if defined(__SSE2__)
   return _mm_cvtpd_ps(xy);
@@ -101,7 +101,7 @@ ADAPTIVE_BVH_INLINE Float4 narrowed(const Pack<double>& xy, const Pack<double>& 
                 static_cast<float>(zw[1])};
 #endif
 }
-/// Returns xy[0], xy[1], z[kLane], z[3], for kLane 0 or 1.
+/// The vector (xy[0], xy[1], z[kLane], z[3]).
 template <int kLane>
 ADAPTIVE_BVH_INLINE Float4 joined(const Float4& xy, const Float4& z) {
 #if defined(__SSE2__)
@@ -110,6 +110,7 @@ ADAPTIVE_BVH_INLINE Float4 joined(const Float4& xy, const Float4& z) {
   return Float4{xy[0], xy[1], z[kLane], z[3]};
 #endif
 }
+/// The first two numbers, and the last two, in double precision.
 ADAPTIVE_BVH_INLINE Pack<double> widenedXy(const Float4& v) {
 #if defined(__SSE2__)
   return _mm_cvtps_pd(v);

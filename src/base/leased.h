@@ -29,8 +29,8 @@ class Leased {
     T value{};
     Object* next = nullptr;
   };
-  /// The thread's list of objects that are not leased. Its pointers are plain: to move a unique_ptr
-  /// compiles the destruction of T into every caller.
+  /// A linked list of objects that are not leased. Its pointers are plain: moving a unique_ptr
+  /// would compile the destruction of T into every caller.
   struct List {
     Object* first = nullptr;
 
@@ -38,6 +38,7 @@ class Leased {
       while (first) delete std::exchange(first, first->next);
     }
   };
+  /// The list of the calling thread.
   static List& free() {
     static thread_local List list;
     return list;

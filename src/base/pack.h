@@ -26,10 +26,10 @@
 
 namespace adaptive_bvh {
 
-/// A SIMD vector of 16 bytes (a vector extension of GCC and Clang): four floats or two doubles.
-/// Products, sums and square roots are rounded like scalar ones. (With the library xsimd, eight
-/// lanes, triangle tests took 0.93 to 1.16 of the time; with four lanes compiled for AVX2, 0.96 to
-/// 1.0.)
+/// Pack<S> is a SIMD vector of 16 bytes (a vector extension of GCC and Clang): four floats or two
+/// doubles. Products, sums and square roots are rounded like scalar ones. (With eight lanes of the
+/// library xsimd, triangle tests took 0.93 to 1.16 of the time; with its four lanes compiled for
+/// AVX2, 0.96 to 1.0.)
 template <typename S>
 struct PackOf;
 template <>
@@ -54,10 +54,11 @@ ADAPTIVE_BVH_INLINE bool hasAvx2() {
 #endif
 }
 
+/// The number of lanes.
 template <typename S>
 constexpr std::size_t kSize = sizeof(Pack<S>) / sizeof(S);
 
-/// The address need not be aligned.
+/// Loads and stores a pack. The address need not be aligned.
 template <typename S>
 ADAPTIVE_BVH_INLINE Pack<S> load(const S* from) {
   Pack<S> v;
@@ -69,6 +70,7 @@ ADAPTIVE_BVH_INLINE void store(const Pack<S>& v, S* to) {
   __builtin_memcpy(to, &v, sizeof(v));
 }
 
+/// Repeats a number in all lanes.
 template <typename S>
 ADAPTIVE_BVH_INLINE Pack<S> all(S x) {
   if constexpr (kSize<S> == 4)
@@ -77,14 +79,14 @@ ADAPTIVE_BVH_INLINE Pack<S> all(S x) {
     return Pack<S>{x, x};
 }
 
-/// Fills a pack of any size with one number.
+/// Repeats a number in all lanes of a pack of any size, such as eight floats for AVX2.
 template <typename P>
 ADAPTIVE_BVH_INLINE P filled(float x) {
   return x - P{};  // exact, also for 0 and -0
 }
 
-/// The minimum of each lane; `b` where both are equal or one is NaN. (GCC does not always emit the
-/// single instruction for this.)
+/// `lower` and `upper` return the minimum and the maximum of each lane; `b` where both numbers are
+/// equal or one is NaN. (GCC does not always emit the single instruction for this.)
 template <typename P>
 ADAPTIVE_BVH_INLINE P lower(const P& a, const P& b) {
 #if defined(__SSE2__)
@@ -170,6 +172,7 @@ ADAPTIVE_BVH_INLINE int countOf16(unsigned bits) {
   return static_cast<int>((bits + (bits >> 8)) & 31);
 }
 
+// The sum, the minimum and the maximum over all lanes of one pack.
 ADAPTIVE_BVH_INLINE float sum(const Pack<float>& v) { return (v[0] + v[1]) + (v[2] + v[3]); }
 ADAPTIVE_BVH_INLINE double sum(const Pack<double>& v) { return v[0] + v[1]; }
 ADAPTIVE_BVH_INLINE float smallest(const Pack<float>& v) {

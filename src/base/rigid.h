@@ -9,7 +9,7 @@
 
 namespace adaptive_bvh {
 
-/// A rigid transform of points between two frames, y = R x + t, in double precision. Every query
+/// A rigid transform of points between two frames, y = R x + T, in double precision. Every query
 /// transforms the second mesh to the frame of the first by these same numbers, so all queries agree
 /// whether two triangles touch.
 struct RelativePlacement {
@@ -17,12 +17,12 @@ struct RelativePlacement {
   fcl::Vector3d T = fcl::Vector3d::Zero();
 
   RelativePlacement() = default;
-  /// The transform from frame `from` to frame `to`. Both frames are given in the world.
+  /// The transform from frame `from` to frame `to`, which are given by their poses in the world.
   template <typename S>
   RelativePlacement(const fcl::Transform3<S>& to, const fcl::Transform3<S>& from) {
-    const fcl::Matrix3d back = to.linear().template cast<double>().transpose();
-    R = back * from.linear().template cast<double>();
-    T = back *
+    const fcl::Matrix3d from_world = to.linear().template cast<double>().transpose();
+    R = from_world * from.linear().template cast<double>();
+    T = from_world *
         (from.translation().template cast<double>() - to.translation().template cast<double>());
   }
 
@@ -33,8 +33,8 @@ struct RelativePlacement {
 };
 
 /// Throws std::invalid_argument unless a transform is a rigid motion: finite, without scale, shear
-/// or mirror. `kLargestError` bounds the deviation of R^T R from the identity; it leaves room for a
-/// rotation composed of many.
+/// or reflection. `kLargestError` bounds the deviation of R^T R from the identity; it leaves room
+/// for a rotation composed of many.
 template <typename S>
 void requireRigid(const fcl::Transform3<S>& tf) {
   constexpr S kLargestError = std::is_same<S, float>::value ? S(1e-3) : S(1e-6);
@@ -48,6 +48,9 @@ void requireRigid(const fcl::Transform3<S>& tf) {
         "1e-6 "
         "in double, 1e-3 in single precision) with determinant 1, and all numbers finite");
 }
+
+// The functions below throw std::invalid_argument if a number that the user has given is not in the
+// range that its query accepts.
 
 template <typename S>
 void requireDistance(S distance) {

@@ -8,7 +8,8 @@
 
 namespace adaptive_bvh {
 
-/// Outward rounding: every function here returns at least the exact real value.
+/// Upper bounds of norms and sums in spite of rounding, and the ranges of numbers that the library
+/// handles without overflow and underflow.
 ///
 /// u = epsilon / 2 is the unit roundoff: fl(a op b) = (a op b)(1 + d) with |d| <= u. tiny()
 /// compensates underflow: a square below the smallest normal number loses at most that number, and

@@ -31,9 +31,9 @@ class ScratchStack {
   /// Frees a block. If the block is not on top of the stack, its memory becomes available only when
   /// all blocks have been released.
   void release(void* block, std::size_t bytes) {
-    unsigned char* const at = static_cast<unsigned char*>(block);
-    if (!holds(at)) return ::operator delete(block);
-    const auto begin = static_cast<std::size_t>(at - memory_.get());
+    unsigned char* const first = static_cast<unsigned char*>(block);
+    if (!contains(first)) return ::operator delete(block);
+    const auto begin = static_cast<std::size_t>(first - memory_.get());
     if (begin + rounded(bytes) == top_) top_ = begin;
     if (--blocks_ == 0) top_ = 0;
   }
@@ -41,17 +41,20 @@ class ScratchStack {
  private:
   static constexpr std::size_t kBytes = 1 << 16;
 
+  /// A size rounded up, so that the next block is aligned for every type.
   static std::size_t rounded(std::size_t bytes) {
     constexpr std::size_t kAlign = alignof(std::max_align_t);
     return (bytes + kAlign - 1) / kAlign * kAlign;
   }
-  bool holds(const unsigned char* at) const {
+  /// Whether an address lies in the stack's memory, not in the heap.
+  bool contains(const unsigned char* address) const {
     const std::less<const unsigned char*> before;
-    return memory_ && !before(at, memory_.get()) && before(at, memory_.get() + kBytes);
+    return memory_ && !before(address, memory_.get()) && before(address, memory_.get() + kBytes);
   }
 
-  std::unique_ptr<unsigned char[]> memory_;
-  std::size_t top_ = 0, blocks_ = 0;
+  std::unique_ptr<unsigned char[]> memory_;  ///< kBytes bytes, or null before the first request
+  std::size_t top_ = 0;                      ///< number of bytes in use, counted from the bottom
+  std::size_t blocks_ = 0;                   ///< number of blocks that have not been released
 };
 
 /// Allocates from the thread's ScratchStack. The allocating thread must also free the memory.

@@ -4,9 +4,10 @@
 
 namespace adaptive_bvh {
 
-/// Measures the seconds between laps.
+/// Measures elapsed time.
 class Stopwatch {
  public:
+  /// The seconds since the construction or the previous lap.
   double lap() {
     const Clock::time_point now = Clock::now();
     const std::chrono::duration<double> elapsed = now - last_;

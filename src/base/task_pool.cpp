@@ -15,17 +15,17 @@ bool canRunTasks() { return isTaken(Shortcut::Threads); }
 
 /// Isolated, so that the calling thread does not execute unrelated, possibly long tasks of its
 /// arena while it waits for these.
-void runTasks(int count, void (*call)(void* with, int i), void* with) noexcept {
+void runTasks(int count, void (*call)(void* context, int i), void* context) noexcept {
   try {
     tbb::this_task_arena::isolate([&] {
       tbb::parallel_for(
           tbb::blocked_range<int>(0, count),
           [&](const tbb::blocked_range<int>& range) {
-            for (int i = range.begin(); i < range.end(); ++i) call(with, i);
+            for (int i = range.begin(); i < range.end(); ++i) call(context, i);
           },
           tbb::simple_partitioner());
     });
-  } catch (...) {  // no memory, or no threads
+  } catch (...) {  // oneTBB has no memory or no threads: some calls are omitted
   }
 }
 

@@ -10,21 +10,22 @@ namespace adaptive_bvh {
 
 /// Whether tasks can run on other threads, that is, whether oneTBB was compiled in.
 bool canRunTasks();
-/// Calls call(with, i) for 0 <= i < count with oneTBB, in the caller's task arena, and returns when
-/// all started calls have ended. If oneTBB cannot start tasks, some calls are omitted.
-void runTasks(int count, void (*call)(void* with, int i), void* with) noexcept;
+/// Calls call(context, i) for 0 <= i < count with oneTBB, in the caller's task arena, and returns
+/// when all started calls have ended. If oneTBB cannot start tasks, some calls are omitted. A plain
+/// function and its context, so that only task_pool.cpp includes oneTBB.
+void runTasks(int count, void (*call)(void* context, int i), void* context) noexcept;
 
-/// The beginning of part `i`, and the end of part `i` - 1, if [0, size) is divided into `parts`
+/// The first element of part `i`, and the end of part `i` - 1, if [0, size) is divided into `parts`
 /// parts of nearly equal size.
 inline int partBegin(int size, int parts, int i) {
   return static_cast<int>(static_cast<long long>(size) * i / parts);
 }
 
-/// Runs the phases of an update in parallel on at most `size` free threads of the caller's task
-/// arena. Starts no threads.
+/// Runs tasks in parallel on at most `size` free threads of the caller's task arena. Starts no
+/// threads.
 class TaskPool {
  public:
-  /// Size 1 without oneTBB. If the size is above 1, the constructor allocates all that forEach
+  /// The size is 1 without oneTBB. If it is above 1, the constructor allocates all that forEach
   /// needs.
   explicit TaskPool(int size)
       : size_(size > 1 && canRunTasks() ? size : 1),
@@ -73,9 +74,9 @@ class TaskPool {
     posted.fetch_add(1, std::memory_order_release);  // for ThreadSanitizer only
     runTasks(
         std::min(size_, count),
-        [](void* with, int slot) {
+        [](void* context, int slot) {
           posted.load(std::memory_order_acquire);
-          (*static_cast<decltype(work)*>(with))(slot);
+          (*static_cast<decltype(work)*>(context))(slot);
         },
         &work);
     work(0);  // executes the tasks that no other thread has started
@@ -107,20 +108,22 @@ class TaskPool {
   std::unique_ptr<Share[]> shares_;
 };
 
-/// One value for each slot of a TaskPool, on separate cache lines. Only the constructor allocates,
-/// and only for more than one slot.
+/// One value for each slot of a TaskPool of this size, on separate cache lines. Only the
+/// constructor allocates, and only for more than one slot.
 template <typename T>
 class PerThread {
  public:
-  explicit PerThread(int threads) : others_(static_cast<std::size_t>(threads) - 1) {}
-  T& operator[](int thread) {
-    return thread == 0 ? first_ : others_[static_cast<std::size_t>(thread) - 1].value;
+  explicit PerThread(int size) : others_(static_cast<std::size_t>(size) - 1) {}
+  T& operator[](int slot) {
+    return slot == 0 ? first_ : others_[static_cast<std::size_t>(slot) - 1].value;
   }
+  /// Combines the values of all slots: calls add(total, value) for each slot but the first, whose
+  /// value `total` starts with.
   template <typename Add>
   T sum(Add&& add) {
-    T all = first_;
-    for (const Slot& slot : others_) add(all, slot.value);
-    return all;
+    T total = first_;
+    for (const Slot& slot : others_) add(total, slot.value);
+    return total;
   }
 
  private:

@@ -4,9 +4,10 @@
 
 namespace adaptive_bvh {
 
-/// Four vectors.
+/// Four 3D vectors in single precision, one in each lane.
 using Vector4x3 = Vectors<Float4>;
 
+/// Arithmetic of packed vectors, separately in each lane.
 namespace vectors {
 
 /// Repeats a vector four times, rounded to single precision.
@@ -35,7 +36,7 @@ template <typename P>
 ADAPTIVE_BVH_INLINE P dot(const Vectors<P>& a, const Vectors<P>& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
-/// The largest absolute value of the components.
+/// The largest absolute value of the three components.
 template <typename P>
 ADAPTIVE_BVH_INLINE P size(const Vectors<P>& a) {
   using packs::absolute;

@@ -11,8 +11,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Writes `file`. Errors name `path`. If the stream has failed, throws the system's error instead
-/// of an exception of `write`.
+/// Opens `file` and calls write(stream). If the file cannot be opened or the stream fails, throws
+/// std::system_error, which names `path`, also if `write` threw an exception because of that.
 void writeInto(const fs::path& file, const std::string& path,
                const std::function<void(std::ostream&)>& write) {
   errno = 0;
@@ -31,16 +31,16 @@ void writeInto(const fs::path& file, const std::string& path,
 }  // namespace
 
 void writeFile(const std::string& path, const std::function<void(std::ostream&)>& write) {
-  const bool is_there = fs::exists(path);
-  if (is_there && !fs::is_regular_file(path)) return writeInto(path, path, write);
+  const bool exists = fs::exists(path);
+  if (exists && !fs::is_regular_file(path)) return writeInto(path, path, write);  // a pipe, say
 
-  // The file that a link leads to: renaming to the link would replace it.
-  const fs::path file = is_there ? fs::canonical(path) : fs::path(path);
+  // If `path` is a symbolic link, `file` is its target: a rename would replace the link.
+  const fs::path file = exists ? fs::canonical(path) : fs::path(path);
   const fs::path draft = file.string() + '.' + std::to_string(std::random_device()()) + ".part";
   std::error_code error;
   try {
     writeInto(draft, path, write);
-    if (is_there) fs::permissions(draft, fs::status(file).permissions(), error);
+    if (exists) fs::permissions(draft, fs::status(file).permissions(), error);
     fs::rename(draft, file, error);
     if (error) throw std::system_error(error, "cannot write '" + path + "'");
   } catch (...) {

@@ -47,21 +47,21 @@ Edges::iterator cancelOpposites(Edges::iterator begin, Edges::iterator end) {
   return kept;
 }
 
-/// Appends the slots along the edges if the edges form one simple closed curve. Returns the number
-/// of slots appended.
+/// Appends the slots of the vertices along the edges if the edges form one simple closed curve.
+/// Returns the number of slots appended, else 0.
 std::size_t addCurve(Edges edges, std::vector<unsigned>& slots) {
   std::sort(edges.begin(), edges.end(),
             [](const Edge& a, const Edge& b) { return a.from() < b.from(); });
   const auto same_start = [](const Edge& a, const Edge& b) { return a.from() == b.from(); };
   if (edges.empty() || std::adjacent_find(edges.begin(), edges.end(), same_start) != edges.end())
-    return 0;
+    return 0;  // two edges begin at one vertex
   const std::size_t begin = slots.size();
-  auto at = edges.begin();
+  auto edge = edges.begin();
   for (std::size_t i = 0; i < edges.size(); ++i) {
-    if (i > 0 && at == edges.begin()) break;  // closed too early
-    slots.push_back(at->slot());
-    at = std::lower_bound(edges.begin(), edges.end(), at->to(),
-                          [](const Edge& e, unsigned vertex) { return e.from() < vertex; });
+    if (i > 0 && edge == edges.begin()) break;  // the curve closes before it has used all edges
+    slots.push_back(edge->slot());
+    edge = std::lower_bound(edges.begin(), edges.end(), edge->to(),
+                            [](const Edge& e, unsigned vertex) { return e.from() < vertex; });
   }
   if (slots.size() - begin == edges.size()) return edges.size();
   slots.resize(begin);
@@ -76,8 +76,8 @@ bool isWorthATest(std::size_t triangles, std::size_t contour) {
   return triangles >= kFewest && contour * contour <= 256 * triangles;
 }
 
-/// Finds the patches of nodes, given from the last to the first. Children follow their parent, so
-/// when a node is reached, the edges of its children are the last ones added.
+/// Sets the patches of a tree's nodes and finds their contours. Add nodes from the last to the
+/// first: children follow their parent, so their edges are then at the end of edges_.
 class PatchFinder {
  public:
   PatchFinder(const WideNode* nodes, const VertexSlots& slots, Patch* patches)
@@ -111,10 +111,10 @@ class PatchFinder {
   void addEdges(const WideNode& leaf) {
     for (int i = 0; i < leaf.count; ++i) {
       const std::size_t triangle = static_cast<std::size_t>(leaf.first) + std::size_t(i);
-      const VertexIndices at = slots_.slotsOf(triangle), vertex = slots_.verticesOf(triangle);
+      const VertexIndices slot = slots_.slotsOf(triangle), vertex = slots_.verticesOf(triangle);
       for (std::size_t k = 0; k < 3; ++k)
         if (vertex[k] != vertex[(k + 1) % 3])
-          edges_.emplace_back(vertex[k], vertex[(k + 1) % 3], at[k]);
+          edges_.emplace_back(vertex[k], vertex[(k + 1) % 3], slot[k]);
     }
   }
 

@@ -10,9 +10,8 @@ namespace adaptive_bvh {
 /// The triangles below a node of a four-wide tree, and their contour.
 struct Patch {
   std::uint32_t first, count;  ///< range of triangles in the order of the leaves
-  /// The beginning of its contour in Contours::slots, and its number of vertices. Length 0 if the
-  /// edges that are not shared by two triangles do not form one closed curve, and for small
-  /// patches.
+  /// The beginning of the contour in Contours::slots_, and its number of vertices. The length is 0
+  /// if the contour is not one closed curve, or too long for a test, and for small patches.
   std::uint32_t contour, length;
 };
 
@@ -32,8 +31,8 @@ class Contours {
   }
 
  private:
-  std::vector<Patch> patches_;
-  std::vector<unsigned> slots_;
+  std::vector<Patch> patches_;   ///< by node
+  std::vector<unsigned> slots_;  ///< of all contours, one after the other
 };
 
 }  // namespace adaptive_bvh

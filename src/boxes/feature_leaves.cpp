@@ -3,7 +3,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Fills up the last group by repeating its last element.
+/// Fills up the last group of four by repeating its last element.
 template <typename T>
 void pad(std::vector<T>& all) {
   while (all.size() % 4 != 0) all.push_back(T(all.back()));
@@ -21,14 +21,14 @@ void FeatureLeaves::assign(const WideTree& tree, const FeatureOwners& owners) {
     if (!node.isLeaf()) continue;
     const std::size_t vertices = vertices_.size(), edges = edges_.size();
     for (int i = 0; i < node.count; ++i) {
-      const auto place = static_cast<unsigned>(node.first + i);
-      const FeatureOwner& owner = owners[place];
-      const VertexIndices slot = slots.slotsOf(place), v = slots.verticesOf(place);
+      const auto leaf_index = static_cast<unsigned>(node.first + i);
+      const FeatureOwner& owner = owners[leaf_index];
+      const VertexIndices slot = slots.slotsOf(leaf_index), v = slots.verticesOf(leaf_index);
       for (unsigned k = 0; k < 3; ++k) {
-        const unsigned l = (k + 1) % 3;
+        const unsigned next = (k + 1) % 3;
         if (owner.ownsVertex(k)) vertices_.push_back({v[k], slot[k]});
         if (owner.ownsEdge(k))
-          edges_.push_back({3 * owner.triangle + k, {v[k], v[l]}, {slot[k], slot[l]}});
+          edges_.push_back({3 * owner.triangle + k, {v[k], v[next]}, {slot[k], slot[next]}});
       }
     }
     leaves_.push_back({static_cast<unsigned>(vertices / 4), static_cast<unsigned>(edges / 4),

@@ -8,12 +8,12 @@
 
 namespace adaptive_bvh {
 
-/// A vertex that a triangle owns.
+/// A vertex, and an edge, that a triangle owns (FeatureOwners), and their slots in its leaf.
 struct OwnedVertex {
   unsigned vertex, slot;
 };
 struct OwnedEdge {
-  unsigned number;  ///< 3 t + k
+  unsigned number;  ///< 3 t + k for the edge of triangle t from corner k to the next
   unsigned vertices[2], slots[2];
 };
 
@@ -23,7 +23,7 @@ struct OwnedEdge {
 class FeatureLeaves {
  public:
   struct Leaf {
-    unsigned vertices, edges;  ///< index of the first group
+    unsigned vertices, edges;  ///< index of the leaf's first group
     std::uint8_t num_vertices, num_edges;
 
     unsigned vertexGroups() const { return (num_vertices + 3u) / 4; }
@@ -32,7 +32,7 @@ class FeatureLeaves {
 
   void assign(const WideTree& tree, const FeatureOwners& owners);
 
-  /// Indexed by leaf number, in the order of the tree's nodes.
+  /// Indexed by WideNode::leaf.
   const std::vector<Leaf>& leaves() const { return leaves_; }
   /// Elements of all groups, four for each.
   const std::vector<OwnedVertex>& vertices() const { return vertices_; }

@@ -11,13 +11,13 @@ using float4::all;
 using float4::lower;
 using float4::upper;
 
+/// The gaps between the interval of a and b and the interval of c and d; negative if they overlap.
 ADAPTIVE_BVH_INLINE Float4 gap(const Float4& a, const Float4& b, const Float4& c, const Float4& d) {
   return upper<Float4>(lower(c, d) - upper(a, b), lower(a, b) - upper(c, d));
 }
 
 }  // namespace
 
-/// Memory for both coordinates: corners, the first corner again, and padding for the last chain.
 PlaneContour::PlaneContour(std::size_t corners)
     : corners_(corners),
       memory_(2 * (corners + 2 * kChain)),
@@ -50,39 +50,42 @@ unsigned PlaneContour::edgesOf(std::size_t first) const {
   return corners_ < first + kChain ? 15u >> (first + kChain - corners_) : 15u;
 }
 
-/// Whether the polygon is star-shaped around its centroid: every edge turns left around it, and all
-/// edges together turn once. Then an edge that is not adjacent is seen past an edge in between: at
-/// no smaller angle than some edge has, and no nearer than some edge is.
+/// Whether the polygon is star-shaped around its centroid (every edge turns left around it, and all
+/// edges together turn once) and large enough: seen from the centroid, there is an edge between a
+/// corner and any edge that does not end at it. So the directions to a point of that edge and to
+/// the corner differ by at least the least angle of an edge, and the point is at least as far from
+/// the centroid as the nearest edge: their distance is at least the sine of the one times the
+/// other.
 bool PlaneContour::isStar(float distance) const {
-  float middle_x = 0, middle_y = 0;
+  float sum_x = 0, sum_y = 0;
   for (std::size_t i = 0; i < corners_; ++i) {
-    middle_x += x_[i];
-    middle_y += y_[i];
+    sum_x += x_[i];
+    sum_y += y_[i];
   }
-  const Float4 x = all(middle_x / float(corners_)), y = all(middle_y / float(corners_));
-  Float4 least_sine = all(1), least_gap = all(std::numeric_limits<float>::max());
+  const Float4 x = all(sum_x / float(corners_)), y = all(sum_y / float(corners_));
+  Float4 least_sine = all(1), least_height = all(std::numeric_limits<float>::max());
   int turns = 0;
   for (std::size_t i = 0; i < corners_; i += kChain) {
     const Ends e = chain(i);
     const Float4 ax = e.ax - x, ay = e.ay - y, bx = e.bx - x, by = e.by - y;
     const Float4 edge_x = e.bx - e.ax, edge_y = e.by - e.ay;
-    const Float4 area = ax * by - ay * bx;
+    const Float4 area = ax * by - ay * bx;  // twice the area of the centroid and the edge
     const unsigned edges = edgesOf(i);
     if ((float4::bits(area > all(0)) & edges) != edges) return false;
     turns += packs::countOf16(float4::bits((ay < all(0)) & (by >= all(0))) & edges);
     const Float4 length = float4::squareRoot(edge_x * edge_x + edge_y * edge_y);
-    const Float4 height = area / length;
+    const Float4 height = area / length;  // distance of the edge's line from the centroid
     const Float4 sides = (ax * ax + ay * ay) * (bx * bx + by * by);
     const Float4 sine = height * length / float4::squareRoot(sides);
     // Past the last edge both are NaN, and comparisons are false.
     least_sine = sine < least_sine ? sine : least_sine;
-    least_gap = height < least_gap ? height : least_gap;
+    least_height = height < least_height ? height : least_height;
   }
-  return turns == 1 && packs::smallest(least_sine) * packs::smallest(least_gap) >= distance;
+  return turns == 1 && packs::smallest(least_sine) * packs::smallest(least_height) >= distance;
 }
 
-/// Tests consecutive edges by the far end of each and the other edge. If their angle is obtuse, the
-/// nearest point is the common end, an edge length away.
+/// Whether, for each two consecutive edges, the far end of each keeps its distance from the other
+/// edge. If their angle is obtuse, the nearest point is the common end, an edge length away.
 bool PlaneContour::neighboursKeepApart(float distance) const {
   for (std::size_t i = 0; i < corners_; ++i) {
     const std::size_t next = i + 1 < corners_ ? i + 2 : 1;
@@ -101,8 +104,8 @@ PlaneContour::ChainBox PlaneContour::boxOf(std::size_t first) const {
   return {*x.first, *y.first, *x.second, *y.second};
 }
 
-/// How far the distance of other edges, across an edge or along it, exceeds `distance`, multiplied
-/// by the edge's length.
+/// The gap between an edge and other edges, across the edge's line or along it, minus `distance`;
+/// all multiplied by the edge's length.
 ADAPTIVE_BVH_INLINE Float4 PlaneContour::gapBeside(const Ends& e, const Ends& other,
                                                    const Float4& distance) {
   const Float4 x = e.bx - e.ax, y = e.by - e.ay;
@@ -116,10 +119,10 @@ ADAPTIVE_BVH_INLINE Float4 PlaneContour::gapBeside(const Ends& e, const Ends& ot
   return upper(across, along) - distance * float4::squareRoot(squared);
 }
 
-/// Tests an edge against the later, non-adjacent edges of a chain.
+/// Whether edge i keeps its distance from the later edges of a chain that are not adjacent to it.
 ADAPTIVE_BVH_INLINE bool PlaneContour::edgeKeepsApart(std::size_t i, std::size_t first,
                                                       float least) const {
-  unsigned others = edgesOf(first);
+  unsigned others = edgesOf(first);  // the edges of the chain that are still to test
   if (first < i + 2) others &= 15u << (i + 2 - first);
   if (i == 0 && first + kChain >= corners_) others &= ~(1u << (corners_ - 1 - first));
   if (others == 0) return true;
@@ -133,7 +136,7 @@ ADAPTIVE_BVH_INLINE bool PlaneContour::edgeKeepsApart(std::size_t i, std::size_t
   return others == 0;
 }
 
-/// Tests pairs of chains whose boxes are near each other.
+/// Whether all edges that are not adjacent keep their distance. Tests chains with near boxes.
 bool PlaneContour::edgesKeepApart(float distance) const {
   Scratch<ChainBox> boxes;
   for (std::size_t i = 0; i < corners_; i += kChain) boxes.push_back(boxOf(i));
@@ -159,12 +162,12 @@ bool FlatPatches::contains(int node) const {
   const View view = viewOf(patch);
   const Shape shape = shapeOf(patch, view);
   const float least = kShare * shape.edge + kLeast;
-  return shape.height >= least + wanted_ &&
-         contourKeepsApart(patch, view, least + kOfContour * wanted_);
+  return shape.height >= least + distance_ &&
+         contourKeepsApart(patch, view, least + kContourFactor * distance_);
 }
 
-/// The view along the sum of the normals, which the contour determines. Any directions are valid,
-/// as long as none exceeds length 1 by more than rounding.
+/// The view along the sum of the triangles' normals, which is the sum over the contour's edges. Any
+/// directions are valid, as long as none exceeds length 1 by more than rounding.
 auto FlatPatches::viewOf(const Patch& patch) const -> View {
   using float4::all;
   using float4::cross;
@@ -173,17 +176,16 @@ auto FlatPatches::viewOf(const Patch& patch) const -> View {
   const Float4 *const positions = tree_.positions(), &origin = positions[slots[0]];
   Float4 normal = all(0), last = normal;
   for (std::uint32_t i = 1; i < patch.length; ++i) {
-    const Float4 at = positions[slots[i]] - origin;
-    normal += cross(last, at);
-    last = at;
+    const Float4 corner = positions[slots[i]] - origin;
+    normal += cross(last, corner);
+    last = corner;
   }
   const auto unit = [](const Float4& v) -> Float4 { return v * all(1 / std::sqrt(dot(v, v))); };
   normal = unit(normal);
   const bool along_z = std::fabs(normal[2]) > 0.5f;
   const Float4 right = unit(cross(normal, along_z ? Float4{1, 0, 0, 0} : Float4{0, 0, 1, 0}));
   const Float4 up = unit(cross(normal, right));
-  const auto four = [](const Float4& v) -> Vector4x3 { return {all(v[0]), all(v[1]), all(v[2])}; };
-  return {four(right), four(up), four(cross(right, up))};
+  return {vectors::all(right), vectors::all(up), vectors::all(cross(right, up))};
 }
 
 /// Processes four triangles at a time, one from each quarter of the patch, so that a bend is
@@ -207,22 +209,23 @@ auto FlatPatches::shapeOf(const Patch& patch, const View& view) const -> Shape {
     longest = float4::upper(longest, edge);
     const Float4 area = dot(cross(a, b), view.ahead);  // twice the area
     const Float4 height = area / edge;
-    if (float4::bits(height > float4::all(wanted_)) != 15) return {0, -1};
+    if (float4::bits(height > float4::all(distance_)) != 15) return {0, -1};
     lowest = float4::lower<Float4>(lowest, height);
   }
   return {packs::largest(longest), packs::smallest(lowest)};
 }
 
+/// Whether the projected contour keeps a distance from itself.
 bool FlatPatches::contourKeepsApart(const Patch& patch, const View& view, float distance) const {
   const unsigned* const slots = contours_.slots(patch);
   const Float4* const positions = tree_.positions();
   PlaneContour contour(patch.length);
   for (std::uint32_t i = 0; i < patch.length; i += 4) {
-    const auto at = [&](std::uint32_t k) -> const Float4& {
+    const auto corner = [&](std::uint32_t k) -> const Float4& {
       return positions[slots[std::min(i + k, patch.length - 1)]];
     };
-    const Vector4x3 four = float4::columns(at(0), at(1), at(2), at(3));
-    contour.setCorners(i, vectors::dot(four, view.right), vectors::dot(four, view.up));
+    const Vector4x3 corners = float4::columns(corner(0), corner(1), corner(2), corner(3));
+    contour.setCorners(i, vectors::dot(corners, view.right), vectors::dot(corners, view.up));
   }
   return contour.keepsApart(distance);
 }

@@ -29,9 +29,9 @@ class PlaneContour {
   bool keepsApart(float distance);
 
  private:
-  static constexpr std::size_t kChain = 4;  ///< number of edges in a chain
+  static constexpr std::size_t kChain = 4;  ///< a chain consists of this many consecutive edges
 
-  /// The ends of four edges, or of one edge repeated four times.
+  /// The ends a and b of four edges, or of one edge repeated four times.
   struct Ends {
     Float4 ax, ay, bx, by;
   };
@@ -39,6 +39,7 @@ class PlaneContour {
     float low_x, low_y, high_x, high_y;
   };
 
+  /// Writes the first corner behind the last one, and into the padding.
   void close();
   bool isStar(float distance) const;
   bool neighboursKeepApart(float distance) const;
@@ -46,14 +47,14 @@ class PlaneContour {
   bool edgeKeepsApart(std::size_t i, std::size_t first, float least) const;
   unsigned edgesOf(std::size_t first) const;
   Ends edge(std::size_t i) const;
-  Ends chain(std::size_t first) const;
+  Ends chain(std::size_t first) const;  ///< the chain that begins at corner `first`
   ChainBox boxOf(std::size_t first) const;
   static Float4 gapBeside(const Ends& edge, const Ends& other, const Float4& distance);
 
   const std::size_t corners_;
   Scratch<float> memory_;
-  float *const x_, *const y_;  ///< coordinates of the corners; then the first corner again, which
-                               ///< fills up the last chain
+  /// Coordinates of the corners; then the first corner again, which also fills up the last chain.
+  float *const x_, *const y_;
 };
 
 /// Finds nodes of a four-wide tree that are certainly so flat that no two triangles below them
@@ -66,7 +67,7 @@ class FlatPatches {
   /// Finds nodes so flat that no two triangles, no two edges, and no vertex and triangle below are
   /// within `distance` of each other, apart from features with a common vertex.
   FlatPatches(const WideTree& tree, const Contours& contours, double distance)
-      : tree_(tree), contours_(contours), wanted_(roundedUp(distance * tree.scale())) {}
+      : tree_(tree), contours_(contours), distance_(roundedUp(distance * tree.scale())) {}
 
   /// Whether an inner node is certainly flat.
   bool contains(int node) const;
@@ -77,7 +78,7 @@ class FlatPatches {
   /// same distance from itself.
   static constexpr float kShare = 1.f / 64, kLeast = 64 * WideTree::kPositionError;
   /// The true distance of a contour from itself is at least 3/4 of the computed one.
-  static constexpr float kOfContour = 4.f / 3 * (1 + 1.f / (1 << 16));
+  static constexpr float kContourFactor = 4.f / 3 * (1 + 1.f / (1 << 16));
 
   static float roundedUp(double distance) {
     constexpr double kUp = 1 + 1. / (1 << 16), kMost = 16;  // exceeds all coordinates
@@ -101,7 +102,7 @@ class FlatPatches {
 
   const WideTree& tree_;
   const Contours& contours_;
-  const float wanted_ = 0;  ///< additional distance to keep
+  const float distance_ = 0;  ///< additional distance to keep, in the tree's coordinates
 };
 
 }  // namespace adaptive_bvh

@@ -36,9 +36,9 @@ class OpenNodes {
     for (; lanes; lanes &= lanes - 1) {
       const int lane = __builtin_ctz(lanes);
       const Node node = {parent.below[lane], key[lane]};
-      Node* at = top_++;
-      for (; at > first && at[-1].key < node.key; --at) *at = at[-1];
-      *at = node;
+      Node* to = top_++;  // insertion sort
+      for (; to > first && to[-1].key < node.key; --to) *to = to[-1];
+      *to = node;
     }
   }
 
@@ -75,8 +75,8 @@ class TreeWalk {
   }
 
   /// Traverses the boxes that are set in the bits of admits(boxes), in the order of the leaves.
-  /// leaf(place) receives the leaf position of each triangle whose box is admitted; it returns true
-  /// to stop the traversal. Returns whether the traversal was stopped.
+  /// leaf(i) is called for each triangle whose box is admitted, with its index in the order of the
+  /// leaves; it returns true to stop the traversal. Returns whether the traversal was stopped.
   template <typename Admits, typename Leaf>
   ADAPTIVE_BVH_INLINE bool visit(const Admits& admits, const Leaf& leaf) {
     const auto visitLeaf = [&](const WideNode& node, unsigned lanes) {
@@ -103,6 +103,7 @@ class TreeWalk {
   }
 
  private:
+  /// A bit for each box of a node.
   static unsigned lanesOf(const WideNode& node) { return (1u << node.count) - 1; }
 
   const WideTree& tree_;

@@ -11,8 +11,7 @@ namespace adaptive_bvh {
 
 class FlatPatches;
 
-/// The overlapping pairs of four boxes and four boxes: bit 4 j + i for box i of `a` and box j of
-/// `b`.
+/// The overlapping pairs of boxes: bit 4 j + i for box i of `a` and box j of `b`.
 ADAPTIVE_BVH_INLINE unsigned overlaps(const Boxes4& a, const Boxes4& b) {
   unsigned bits = 0;
   const auto test = [&](auto lane) __attribute__((always_inline)) {
@@ -49,27 +48,27 @@ class BoxFrame {
   /// within that distance overlap. Empty boxes still overlap nothing.
   BoxFrame(const FrameChange* change, double distance)
       : change_(change),
-        is_grown_(distance > 0),
-        by_(float4::all(static_cast<float>((distance < kMost ? distance : kMost) * kUp))) {}
+        grows_(distance > 0),
+        growth_(float4::all(static_cast<float>((distance < kMost ? distance : kMost) * kUp))) {}
 
-  bool isIdentity() const { return !change_ && !is_grown_; }
+  bool isIdentity() const { return !change_ && !grows_; }
   ADAPTIVE_BVH_INLINE Boxes4 operator()(const Boxes4& boxes) const {
     Boxes4 transformed = change_ ? (*change_)(boxes) : boxes;
     for (int k = 0; k < 3; ++k) {
-      transformed.low[k] -= by_;
-      transformed.high[k] += by_;
+      transformed.low[k] -= growth_;
+      transformed.high[k] += growth_;
     }
     return transformed;
   }
 
  private:
   static constexpr double kMost = 1e20;  // far less than the coordinates of an empty box
-  static constexpr double kUp =
-      1 + 1. / (1 << 20);  // exceeds the rounding errors of d and two sums
+  /// Exceeds the rounding errors of the distance and of two sums.
+  static constexpr double kUp = 1 + 1. / (1 << 20);
 
   const FrameChange* change_;
-  bool is_grown_;
-  Float4 by_;
+  bool grows_;
+  Float4 growth_;
 };
 
 /// The input of a search: two trees, or one tree with itself.

@@ -9,42 +9,43 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Prefetches the cache line of `at` for writing. If another processor has read the line, a write
-/// would stall until the line is exclusive; an ordinary prefetch does not request that.
-[[gnu::always_inline]] inline void prefetchToWrite(const void* at) {
+/// Prefetches the cache line of an address for writing. If another processor has read the line, a
+/// write would stall until the line is exclusive; an ordinary prefetch does not request that.
+[[gnu::always_inline]] inline void prefetchToWrite(const void* address) {
 #if defined(__x86_64__)
   // As assembly, because GCC emits the instruction only for newer processors. All 64-bit processors
   // execute or ignore it.
-  asm volatile("prefetchw %0" : : "m"(*static_cast<const char*>(at)));
+  asm volatile("prefetchw %0" : : "m"(*static_cast<const char*>(address)));
 #else
-  __builtin_prefetch(at, 1);
+  __builtin_prefetch(address, 1);
 #endif
 }
 
-/// The lanes of a wide node: binary nodes below `root`, in the order of the leaves. Starts with the
-/// children of `root`, and replaces the largest lane by its children while there are fewer than
-/// four.
-class Collapse {
+/// Chooses the lanes of the wide node that replaces the binary node `root`: up to four binary nodes
+/// below it, in the order of the leaves. Starts with the children of `root`, and replaces the
+/// largest lane by its children while there are fewer than four.
+class ChildLanes {
  public:
-  Collapse(const Scratch<OrderedTree::Node>& nodes, int root) : nodes_(nodes) {
-    add(root, 0);
-    const bool is_leaf = at(root).count <= 4;
-    for (int open; count < 4 && (open = largest(is_leaf)) >= 0;) add(below[open], open);
+  ChildLanes(const Scratch<OrderedTree::Node>& nodes, int root) : nodes_(nodes) {
+    expand(root, 0);
+    const bool is_leaf = binary(root).count <= 4;
+    for (int lane; count < 4 && (lane = largest(is_leaf)) >= 0;) expand(node[lane], lane);
   }
 
-  int below[4], count = 1;
+  int node[4], count = 1;  ///< the binary node of each lane; number of lanes
 
  private:
-  const OrderedTree::Node& at(int node) const { return nodes_[static_cast<std::size_t>(node)]; }
-  /// Replaces `lane` by the two children of `node`, or by `node` itself if it has none.
-  void add(int node, int lane) {
-    if (at(node).isLeaf()) {
-      below[lane] = node;
+  const OrderedTree::Node& binary(int i) const { return nodes_[static_cast<std::size_t>(i)]; }
+  /// Sets `lane` to the two children of a binary node, moving later lanes up, or to the node itself
+  /// if it has none.
+  void expand(int i, int lane) {
+    if (binary(i).isLeaf()) {
+      node[lane] = i;
       return;
     }
-    for (int i = count; i > lane + 1; --i) below[i] = below[i - 1];
-    below[lane] = at(node).left;
-    below[lane + 1] = at(node).right;
+    for (int k = count; k > lane + 1; --k) node[k] = node[k - 1];
+    node[lane] = binary(i).left;
+    node[lane + 1] = binary(i).right;
     ++count;
   }
   /// The lane to replace by its children: the one with the most triangles, or -1. In a wide leaf,
@@ -54,8 +55,8 @@ class Collapse {
     unsigned most = is_leaf ? 1 : 4;
     int found = -1;
     for (int i = 0; i < count; ++i)
-      if (at(below[i]).count > most) {
-        most = at(below[i]).count;
+      if (binary(node[i]).count > most) {
+        most = binary(node[i]).count;
         found = i;
       }
     return found;
@@ -68,34 +69,35 @@ class Collapse {
 
 WideTree::WideTree(const OrderedTree& binary, std::shared_ptr<const LeafTriangles> triangles)
     : triangles_(std::move(triangles)) {
+  // A binary node to be replaced by a wide one, and the wide parent and lane that get its number.
   struct Open {
-    int node, parent, lane, depth;
+    int root, parent, lane, depth;
   };
   // Most leaves have three or four triangles, so this is usually enough; growing would copy.
   nodes_.reserve(binary.primitives.size() * 2 / 5 + 1);
   std::int32_t leaves = 0;
   Scratch<Open> open(1, Open{0, -1, 0, 1});
   while (!open.empty()) {
-    const Open at = open.back();
+    const auto [root, parent, lane, depth] = open.back();
     open.pop_back();
     const int number = size();
-    if (at.parent >= 0) nodes_[static_cast<std::size_t>(at.parent)].below[at.lane] = number;
-    depth_ = std::max(depth_, at.depth);
-    const Collapse part(binary.nodes, at.node);
-    const OrderedTree::Node& top = binary.nodes[static_cast<std::size_t>(at.node)];
-    WideNode node{kEmptyBoxes, {-1, -1, -1, -1}, -1, unsigned(part.count), -1};
+    if (parent >= 0) nodes_[static_cast<std::size_t>(parent)].below[lane] = number;
+    depth_ = std::max(depth_, depth);
+    const ChildLanes lanes(binary.nodes, root);
+    const OrderedTree::Node& top = binary.nodes[static_cast<std::size_t>(root)];
+    WideNode node{kEmptyBoxes, {-1, -1, -1, -1}, -1, unsigned(lanes.count), -1};
     if (top.count <= 4) {
       node.first = static_cast<std::int32_t>(top.first);
       node.leaf = leaves++;
     } else {
-      for (int i = part.count; i-- > 0;) open.push_back({part.below[i], number, i, at.depth + 1});
+      for (int i = lanes.count; i-- > 0;) open.push_back({lanes.node[i], number, i, depth + 1});
     }
     nodes_.push_back(node);
   }
   nodes_.shrink_to_fit();
 }
 
-void WideTree::assignLinks(const WideTree& other) {
+void WideTree::assignTopology(const WideTree& other) {
   if (triangles_ == other.triangles_) return;  // already copied
   triangles_ = other.triangles_;
   nodes_ = other.nodes_;
@@ -105,14 +107,14 @@ void WideTree::assignLinks(const WideTree& other) {
 void WideTree::reserve(const TaskPool& pool) {
   positions_.resize(slots().size());
   residuals_.resize(slots().size());
-  later_.resize(static_cast<std::size_t>(pool.parts()) * (static_cast<std::size_t>(depth_) + 1));
+  postponed_.resize(std::size_t(pool.parts()) * (std::size_t(depth_) + 1));
 }
 
 void WideTree::reserve(const WideTree& other) {
   nodes_.reserve(other.nodes_.size());
   positions_.reserve(other.positions_.size());
   residuals_.reserve(other.residuals_.size());
-  later_.reserve(other.later_.size());
+  postponed_.reserve(other.postponed_.size());
 }
 
 void WideTree::refit(const fcl::Vector3d* vertices, const BodyCoordinates& coordinates,
@@ -120,7 +122,8 @@ void WideTree::refit(const fcl::Vector3d* vertices, const BodyCoordinates& coord
   reserve(pool);
   coordinates_ = coordinates;
   const int parts = pool.parts();
-  const auto laterOf = [&](int part) { return later_.data() + (depth_ + 1) * part; };
+  // The number of nodes that a part postpones, followed by these nodes.
+  const auto postponedBy = [&](int part) { return postponed_.data() + (depth_ + 1) * part; };
   // Other threads may have read positions and nodes in the last query (prefetchToWrite).
   const bool is_shared = pool.size() > 1;
   // Parts begin at block boundaries, so no part needs positions of another part.
@@ -128,22 +131,22 @@ void WideTree::refit(const fcl::Vector3d* vertices, const BodyCoordinates& coord
     const int begin = blockBegin(partBegin(size(), parts, part)),
               end = blockBegin(partBegin(size(), parts, part + 1));
     readPositions(vertices, firstSlot(begin), firstSlot(end), is_shared);
-    *laterOf(part) = refitNodes(begin, end, is_shared, laterOf(part) + 1);
+    *postponedBy(part) = refitNodes(begin, end, is_shared, postponedBy(part) + 1);
   });
-  // The nodes that the parts left over, children before parents.
+  // The postponed nodes, from the last to the first: children before parents.
   for (int part = parts; part-- > 0;)
-    for (int i = 1; i <= *laterOf(part); ++i)
-      refitInner(nodes_[static_cast<std::size_t>(laterOf(part)[i])], nodes_.data());
+    for (int i = 1; i <= *postponedBy(part); ++i)
+      refitInner(nodes_[static_cast<std::size_t>(postponedBy(part)[i])], nodes_.data());
 }
 
-void WideTree::refitNode(const fcl::Vector3d* vertices, int node) {
-  WideNode& at = nodes_[static_cast<std::size_t>(node)];
-  if (!at.isLeaf()) return refitInner(at, nodes_.data());
+void WideTree::refitNode(const fcl::Vector3d* vertices, int number) {
+  WideNode& node = nodes_[static_cast<std::size_t>(number)];
+  if (!node.isLeaf()) return refitInner(node, nodes_.data());
   const RoundedCoordinates coordinates(coordinates_);
-  for (int i = 0; i < at.count; ++i)
-    for (const unsigned slot : slots().slotsOf(static_cast<std::size_t>(at.first) + std::size_t(i)))
+  for (int i = 0; i < node.count; ++i)
+    for (const unsigned slot : slots().slotsOf(std::size_t(node.first) + std::size_t(i)))
       coordinates(vertices[slots().vertices()[slot]], positions_[slot], residuals_[slot]);
-  refitLeaf(at);
+  refitLeaf(node);
 }
 
 /// The first node at or after `node` where a part may begin: the root, or a leaf whose block of
@@ -152,12 +155,12 @@ int WideTree::blockBegin(int node) const {
   if (node == 0) return 0;
   const auto beginsBlock = [&](const WideNode& leaf) {
     const auto first = static_cast<std::size_t>(leaf.first);
-    return first == 0 || slots().block(first) != slots().block(first - 1);
+    return first == 0 || slots().blockStart(first) != slots().blockStart(first - 1);
   };
   const auto from = nodes_.begin() + node;
   return static_cast<int>(
       std::find_if(from, nodes_.end(),
-                   [&](const WideNode& at) { return at.isLeaf() && beginsBlock(at); }) -
+                   [&](const WideNode& next) { return next.isLeaf() && beginsBlock(next); }) -
       nodes_.begin());
 }
 
@@ -166,35 +169,36 @@ int WideTree::blockBegin(int node) const {
 std::size_t WideTree::firstSlot(int node) const {
   if (node == 0) return 0;
   if (node == size()) return slots().size();
-  return slots().block(static_cast<std::size_t>(nodes_[static_cast<std::size_t>(node)].first));
+  return slots().blockStart(static_cast<std::size_t>(nodes_[static_cast<std::size_t>(node)].first));
 }
 
+/// Converts the positions of a range of slots to the tree's coordinates, two at a time.
 void WideTree::readPositions(const fcl::Vector3d* vertices, std::size_t begin, std::size_t end,
                              bool is_shared) {
-  constexpr std::size_t kAhead = 32, kInALine = 4;
-  const std::vector<unsigned>& of_slot = slots().vertices();
+  constexpr std::size_t kAhead = 32, kInALine = 4;  // slots to prefetch ahead; slots in a line
   const RoundedCoordinates coordinates(coordinates_);
-  const auto at = [&](std::size_t slot) -> fcl::Vector3d { return vertices[of_slot[slot]]; };
+  const std::vector<unsigned>& vertex_of = slots().vertices();
+  const auto position = [&](std::size_t i) -> fcl::Vector3d { return vertices[vertex_of[i]]; };
   std::size_t i = begin;
   for (; i + 2 <= end; i += 2) {
     if (is_shared && (i - begin) % kInALine == 0 && i + kAhead < end) {
       prefetchToWrite(&positions_[i + kAhead]);
       prefetchToWrite(&residuals_[i + kAhead]);
     }
-    coordinates(at(i), at(i + 1), &positions_[i], &residuals_[i]);
+    coordinates(position(i), position(i + 1), &positions_[i], &residuals_[i]);
   }
-  if (i < end) coordinates(at(i), positions_[i], residuals_[i]);
+  if (i < end) coordinates(position(i), positions_[i], residuals_[i]);
 }
 
 /// Refits a part of the nodes, from the last to the first, except for nodes with descendants from
-/// `end` on. Writes these to `later`, and returns their number. Nodes are in depth-first order, so
-/// these are ancestors of node `end`, fewer than the depth of the tree: the last child of each is
-/// in a later part, or was written just before it.
-int WideTree::refitNodes(int begin, int end, bool is_shared, int* later) {
-  constexpr int kAhead = 12;
+/// `end` on. Writes these to `postponed`, and returns their number. Nodes are in depth-first order,
+/// so these are ancestors of node `end`, fewer than the depth of the tree: the last child of each
+/// is in a later part, or was postponed just before.
+int WideTree::refitNodes(int begin, int end, bool is_shared, int* postponed) {
+  constexpr int kAhead = 12;  // nodes to prefetch ahead
   int count = 0;
-  const auto isLate = [&](int node) {
-    return node >= end || (count > 0 && node == later[count - 1]);
+  const auto isPending = [&](int node) {
+    return node >= end || (count > 0 && node == postponed[count - 1]);
   };
   for (int i = end; i-- > begin;) {
     WideNode& node = nodes_[static_cast<std::size_t>(i)];
@@ -205,8 +209,8 @@ int WideTree::refitNodes(int begin, int end, bool is_shared, int* later) {
     }
     if (node.isLeaf())
       refitLeaf(node);
-    else if (isLate(node.below[node.count - 1]))
-      later[count++] = i;
+    else if (isPending(node.below[node.count - 1]))
+      postponed[count++] = i;
     else
       refitInner(node, nodes_.data());
   }

@@ -37,18 +37,19 @@ struct BodyCoordinates {
       : to_body(to_scale * axes.transpose()), origin(from), scale(to_scale) {}
   /// Coordinates with the origin `middle`, along axes that are orthonormal up to rounding. The
   /// scale brings `length` to between 1 and 2.
-  static BodyCoordinates about(const fcl::Vector3d& middle, const fcl::Matrix3d& along,
+  static BodyCoordinates about(const fcl::Vector3d& middle, const fcl::Matrix3d& axes,
                                double length) {
     constexpr int kMost = 999;  // so that the scale and its inverse are normal numbers
     const int exponent = length > 0 ? std::clamp(std::ilogb(length), -kMost, kMost) : 0;
-    return {orthonormal(along), middle, std::ldexp(1., -exponent)};
+    return {orthonormal(axes), middle, std::ldexp(1., -exponent)};
   }
 
   fcl::Matrix3d axes() const { return to_body.transpose() / scale; }
   fcl::Vector3d operator()(const fcl::Vector3d& x) const { return to_body * (x - origin); }
 };
 
-/// Converts points to tree coordinates, rounded to single precision, and their rounding errors.
+/// Converts points to tree coordinates, each as a rounded point in single precision and a residual,
+/// the rounding error.
 class RoundedCoordinates {
  public:
   explicit RoundedCoordinates(const BodyCoordinates& coordinates) : origin_(coordinates.origin) {
@@ -61,28 +62,29 @@ class RoundedCoordinates {
 
   ADAPTIVE_BVH_INLINE void operator()(const fcl::Vector3d& x, Float4& rounded,
                                       Float4& residual) const {
-    Float4 of[2], left[2];
-    (*this)(x, x, of, left);
-    rounded = of[0];
-    residual = left[0];
+    Float4 twice[2], residuals[2];
+    (*this)(x, x, twice, residuals);
+    rounded = twice[0];
+    residual = residuals[0];
   }
   /// Converts two points at once.
   ADAPTIVE_BVH_INLINE void operator()(const fcl::Vector3d& a, const fcl::Vector3d& b,
                                       Float4* rounded, Float4* residuals) const {
     const fcl::Vector3d v = a - origin_, w = b - origin_;
-    const Pack<double> of_a = xy(v), of_b = xy(w),
+    // x and y of each point, and z of both.
+    const Pack<double> xy_a = xy(v), xy_b = xy(w),
                        zs = z_[0] * Pack<double>{v[0], w[0]} + z_[1] * Pack<double>{v[1], w[1]} +
                             z_[2] * Pack<double>{v[2], w[2]};
-    const Float4 near_a = float4::narrowed(of_a), near_b = float4::narrowed(of_b),
-                 near_zs = float4::narrowed(zs);
-    const auto residual = [](const Pack<double>& exact, const Float4& near) -> Float4 {
-      return float4::narrowed(exact - float4::widenedXy(near));
+    const Float4 rounded_a = float4::narrowed(xy_a), rounded_b = float4::narrowed(xy_b),
+                 rounded_zs = float4::narrowed(zs);
+    const auto residual = [](const Pack<double>& exact, const Float4& rounded_pair) -> Float4 {
+      return float4::narrowed(exact - float4::widenedXy(rounded_pair));
     };
-    const Float4 left = residual(zs, near_zs);
-    rounded[0] = float4::joined<0>(near_a, near_zs);
-    rounded[1] = float4::joined<1>(near_b, near_zs);
-    residuals[0] = float4::joined<0>(residual(of_a, near_a), left);
-    residuals[1] = float4::joined<1>(residual(of_b, near_b), left);
+    const Float4 residual_zs = residual(zs, rounded_zs);
+    rounded[0] = float4::joined<0>(rounded_a, rounded_zs);
+    rounded[1] = float4::joined<1>(rounded_b, rounded_zs);
+    residuals[0] = float4::joined<0>(residual(xy_a, rounded_a), residual_zs);
+    residuals[1] = float4::joined<1>(residual(xy_b, rounded_b), residual_zs);
   }
 
  private:
@@ -92,7 +94,8 @@ class RoundedCoordinates {
   }
 
   const fcl::Vector3d origin_;
-  Pack<double> xy_[3], z_[3];  ///< the columns of the matrix; its third row, each number repeated
+  /// The first two rows of the matrix, by column; its third row, each number repeated.
+  Pack<double> xy_[3], z_[3];
 };
 
 /// Four integers.
@@ -113,7 +116,8 @@ struct alignas(128) WideNode {
 };
 static_assert(sizeof(WideNode) == 128, "no more than is read");
 
-/// Empty boxes. They stay finite when they are rotated and scaled.
+/// Empty boxes extend from kNowhere to -kNowhere: they overlap nothing, and stay finite when they
+/// are rotated and scaled.
 constexpr float kNowhere = 1e30f;
 inline const Boxes4 kEmptyBoxes = {{{kNowhere, kNowhere, kNowhere, kNowhere},
                                     {kNowhere, kNowhere, kNowhere, kNowhere},
@@ -139,16 +143,16 @@ ADAPTIVE_BVH_INLINE void refitInner(WideNode& node, const WideNode* nodes) {
   }
 }
 
-/// Loads the corners of four triangles, given by their places in the order of the leaves, in the
-/// tree's coordinates.
+/// Loads the corners of four triangles, given by their indices in the order of the leaves, from the
+/// positions of a tree.
 ADAPTIVE_BVH_INLINE void gatherCorners(const VertexSlots& slots, const Float4* positions,
                                        const std::array<unsigned, 4>& triangles,
                                        Vector4x3 (&corners)[3]) {
-  VertexIndices at[4];
-  for (std::size_t k = 0; k < 4; ++k) at[k] = slots.slotsOf(triangles[k]);
+  VertexIndices slot[4];
+  for (std::size_t k = 0; k < 4; ++k) slot[k] = slots.slotsOf(triangles[k]);
   for (std::size_t c = 0; c < 3; ++c)
-    corners[c] = float4::columns(positions[at[0][c]], positions[at[1][c]], positions[at[2][c]],
-                                 positions[at[3][c]]);
+    corners[c] = float4::columns(positions[slot[0][c]], positions[slot[1][c]],
+                                 positions[slot[2][c]], positions[slot[3][c]]);
 }
 
 /// The leaf order, shared by the trees of a mesh and of its copies.
@@ -161,10 +165,10 @@ struct LeafTriangles {
               std::size_t num_vertices) {
     slots.assign(tree, mesh, num_vertices);
     corners.resize(num_triangles);
-    for (std::size_t place = 0; place < num_triangles; ++place) {
-      const unsigned triangle = tree.primitives[place];
+    for (std::size_t i = 0; i < num_triangles; ++i) {
+      const unsigned triangle = tree.primitives[i];
       const VertexIndices v = mesh.verticesOf(triangle);
-      corners[place] = Int4{int(v[0]), int(v[1]), int(v[2]), int(triangle)};
+      corners[i] = Int4{int(v[0]), int(v[1]), int(v[2]), int(triangle)};
     }
   }
 
@@ -192,9 +196,9 @@ class WideTree {
   WideTree(const OrderedTree& binary, std::shared_ptr<const LeafTriangles> triangles);
 
   /// Copies another tree except for its positions and boxes, which `refit` sets.
-  void assignLinks(const WideTree& other);
+  void assignTopology(const WideTree& other);
 
-  /// Allocates the memory for refits with such a pool, which then throw nothing.
+  /// Allocates the memory that refits with this pool need, so that they throw nothing.
   void reserve(const TaskPool& pool);
   /// Allocates the memory that `*this = other` needs, so that the assignment throws nothing.
   void reserve(const WideTree& other);
@@ -205,7 +209,7 @@ class WideTree {
 
   /// Refits one node. A leaf first converts its positions; the children of an inner node must have
   /// been refitted. All positions must be in the range of the coordinates.
-  void refitNode(const fcl::Vector3d* vertices, int node);
+  void refitNode(const fcl::Vector3d* vertices, int number);
 
   const WideNode* nodes() const { return nodes_.data(); }
   int size() const { return static_cast<int>(nodes_.size()); }
@@ -216,9 +220,9 @@ class WideTree {
   const Float4* positions() const { return positions_.data(); }
   /// The rounding errors of `positions`, by slot.
   const Float4* residuals() const { return residuals_.data(); }
-  /// The vertices and the index of a triangle, given by its place in the order of the leaves.
-  const Int4& corners(unsigned place) const { return triangles_->corners[place]; }
-  int triangle(unsigned place) const { return corners(place)[3]; }
+  /// The vertices and the index of a triangle, given by its index in the order of the leaves.
+  const Int4& corners(unsigned leaf_index) const { return triangles_->corners[leaf_index]; }
+  int triangle(unsigned leaf_index) const { return corners(leaf_index)[3]; }
 
   const BodyCoordinates& coordinates() const { return coordinates_; }
   /// y = to_body (x - origin).
@@ -229,7 +233,7 @@ class WideTree {
   /// Memory in bytes of this tree alone, without what it shares.
   std::size_t bytes() const {
     const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return size(nodes_) + size(positions_) + size(residuals_) + size(later_);
+    return size(nodes_) + size(positions_) + size(residuals_) + size(postponed_);
   }
 
  private:
@@ -237,15 +241,15 @@ class WideTree {
   std::size_t firstSlot(int node) const;
   void readPositions(const fcl::Vector3d* vertices, std::size_t begin, std::size_t end,
                      bool is_shared);
-  int refitNodes(int begin, int end, bool is_shared, int* later);
+  int refitNodes(int begin, int end, bool is_shared, int* postponed);
   void refitLeaf(WideNode& node) const;
 
   std::shared_ptr<const LeafTriangles> triangles_;
-  std::vector<WideNode> nodes_;  ///< children follow their parent
-  std::vector<Float4> positions_, residuals_;
-  /// For a refit in parts: for each part a count, then up to `depth_` nodes that refitNodes leaves
-  /// to a later pass.
-  std::vector<int> later_;
+  std::vector<WideNode> nodes_;                ///< children follow their parent
+  std::vector<Float4> positions_, residuals_;  ///< by slot
+  /// For a refit in parts: for each part a count, then up to `depth_` nodes that refitNodes
+  /// postpones until all parts are refitted.
+  std::vector<int> postponed_;
   int depth_ = 0;
   BodyCoordinates coordinates_;
 };

@@ -9,25 +9,20 @@
 
 namespace adaptive_bvh {
 
-void BestFitTurn::start(const fcl::Vector3d* positions, const VertexSlots& slots,
-                        const fcl::Matrix3d& axes, double scale) {
+void BestFitRotation::start(const fcl::Vector3d* positions, const VertexSlots& slots,
+                            const fcl::Matrix3d& axes, double scale) {
   axes_ = axes;
   scale_ = scale;
-  const std::size_t triangles =
-      slots.leaves();  // in the order of the leaves, where neighbours are near each other
-  const std::size_t count = std::min(kSamples, triangles);
+  // Evenly in the order of the leaves, where neighbours are near each other.
+  const std::size_t triangles = slots.leaves(), count = std::min(kSamples, triangles);
   vertices_.resize(static_cast<Eigen::Index>(count));
   for (std::size_t i = 0; i < count; ++i)
     vertices_[static_cast<Eigen::Index>(i)] = slots.verticesOf(i * triangles / count)[i % 3];
-  rest_ = last_ = samplesOf(positions);
+  start_ = last_ = samplesOf(positions);
 }
 
-bool BestFitTurn::turn(const fcl::Vector3d* positions, fcl::Matrix3d& axes) {
-  return turn(samplesOf(positions), axes);
-}
-
-/// The samples relative to their centroid.
-auto BestFitTurn::samplesOf(const fcl::Vector3d* positions) const -> Samples {
+/// The samples relative to their centroid, times scale_.
+auto BestFitRotation::samplesOf(const fcl::Vector3d* positions) const -> Samples {
   Samples samples(3, vertices_.size());
   if (vertices_.size() == 0) return samples;
   const fcl::Vector3d from = positions[vertices_[0]];
@@ -37,30 +32,33 @@ auto BestFitTurn::samplesOf(const fcl::Vector3d* positions) const -> Samples {
   return samples;
 }
 
-bool BestFitTurn::turn(const Samples& now, fcl::Matrix3d& axes) {
-  constexpr double kMoved = 1. / 1600, kFlat = 1e-4, kRigid = 0.999;
-  constexpr double kCosine = 0.98;  // 11 degrees
-  if (!((now - last_).squaredNorm() > kMoved * rest_.squaredNorm())) return false;
+/// By the algorithm of Kabsch: the singular value decomposition of the covariance of the samples
+/// now and at the start.
+bool BestFitRotation::update(const fcl::Vector3d* positions, fcl::Matrix3d& axes) {
+  constexpr double kMoved = 1. / 1600, kFlat = 1e-4, kRigid = 0.999;  // kMoved: of squares
+  constexpr double kCosine = 0.98;                                    // 11 degrees
+  const Samples now = samplesOf(positions);
+  if (!((now - last_).squaredNorm() > kMoved * start_.squaredNorm())) return false;
   last_ = now;
-  const Eigen::JacobiSVD<fcl::Matrix3d> svd(now * rest_.transpose(),
+  const Eigen::JacobiSVD<fcl::Matrix3d> svd(now * start_.transpose(),
                                             Eigen::ComputeFullU | Eigen::ComputeFullV);
   const auto& sizes = svd.singularValues();
   if (!(sizes[1] > kFlat * sizes[0])) return false;  // collinear samples determine no rotation
-  // Both sides are equal if the motion is rigid, by Cauchy and Schwarz. A body that bends does not
-  // rotate as a whole.
-  if (!(sizes.sum() > kRigid * now.norm() * rest_.norm())) return false;
+  // By Cauchy and Schwarz, the sum is at most the product of the norms, and equal to it only if the
+  // motion is rigid. A body that bends does not rotate as a whole.
+  if (!(sizes.sum() > kRigid * now.norm() * start_.norm())) return false;
   fcl::Matrix3d u = svd.matrixU();
-  if ((u * svd.matrixV().transpose()).determinant() < 0) u.col(2) = -u.col(2);
-  const fcl::Matrix3d turned = u * svd.matrixV().transpose() * axes_;
-  const double cosine = ((turned.transpose() * axes).trace() - 1) / 2;
+  if ((u * svd.matrixV().transpose()).determinant() < 0) u.col(2) = -u.col(2);  // no reflection
+  const fcl::Matrix3d rotated = u * svd.matrixV().transpose() * axes_;
+  const double cosine = ((rotated.transpose() * axes).trace() - 1) / 2;
   if (!(cosine < kCosine)) return false;
-  axes = turned;
+  axes = rotated;
   return true;
 }
 
 namespace {
 
-/// About half of the surface area of the body's bounding box along given axes.
+/// Half the surface area of the body's bounding box along given axes, in coordinates times `scale`.
 double boxArea(const std::vector<fcl::Vector3d>& vertices, const fcl::Matrix3d& axes,
                double scale) {
   const fcl::Matrix3d to_axes = scale * axes.transpose();
@@ -82,6 +80,7 @@ double scaleOf(const std::vector<fcl::Vector3d>& vertices) {
   return size > 1e-290 ? 1 / size : 1;
 }
 
+/// The eigenvectors of the covariance of the vertices, as the columns of a rotation.
 fcl::Matrix3d principalAxes(const std::vector<fcl::Vector3d>& vertices, double scale) {
   const fcl::Vector3d& from = vertices[0];
   fcl::Vector3d sum = fcl::Vector3d::Zero();
@@ -105,17 +104,17 @@ fcl::Matrix3d principalAxes(const std::vector<fcl::Vector3d>& vertices, double s
 
 void BodyAxes::start(const std::vector<fcl::Vector3d>& vertices, const VertexSlots& slots) {
   const double scale = scaleOf(vertices);
-  constexpr double kWorth = 0.8;  // ratio of areas
+  constexpr double kSmaller = 0.8;  // ratio of areas at which principal axes are used
   const fcl::Matrix3d principal = principalAxes(vertices, scale), own = fcl::Matrix3d::Identity();
-  const bool is_worth =
-      boxArea(vertices, principal, scale) < kWorth * boxArea(vertices, own, scale);
-  start(vertices, slots, is_worth ? principal : own);
+  const bool is_smaller =
+      boxArea(vertices, principal, scale) < kSmaller * boxArea(vertices, own, scale);
+  start(vertices, slots, is_smaller ? principal : own);
 }
 
 void BodyAxes::start(const std::vector<fcl::Vector3d>& vertices, const VertexSlots& slots,
                      const fcl::Matrix3d& axes) {
   axes_ = axes;
-  turn_.start(vertices.data(), slots, axes_, scaleOf(vertices));
+  rotation_.start(vertices.data(), slots, axes_, scaleOf(vertices));
 }
 
 }  // namespace adaptive_bvh

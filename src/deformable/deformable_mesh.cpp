@@ -5,60 +5,63 @@
 #include "deformable/mesh_state.h"
 #include "deformable/mesh_step.h"
 
+// The calls of DeformableMesh except save and load. Builds and updates are in mesh_step.cpp.
 namespace adaptive_bvh {
 namespace {
 
-/// The range of leaf positions below each node. Checks that children follow their parent and that
-/// leaves are contiguous.
+/// The range of triangles below each node, as indices in the order of the leaves.
 struct LeafRanges {
   std::vector<int> first, count;
 };
+/// Finds the ranges. Returns false, and sets the reason, unless children follow their parent, the
+/// leaves are contiguous, and they contain each triangle once.
 bool findLeafRanges(const WideTree& tree, int triangles, LeafRanges& ranges, std::string& reason) {
   const auto size = static_cast<std::size_t>(tree.size());
   ranges = {std::vector<int>(size, 0), std::vector<int>(size, 0)};
   for (int n = tree.size(); n-- > 0;) {
     const WideNode& node = tree.nodes()[n];
-    const auto at = static_cast<std::size_t>(n);
+    int &first = ranges.first[std::size_t(n)], &count = ranges.count[std::size_t(n)];
     reason = "node " + std::to_string(n) + " has wrong links";
     if (node.count < 1 || node.count > 4) return false;
     if (node.isLeaf()) {
-      ranges.first[at] = node.first;
-      ranges.count[at] = int(node.count);
+      first = node.first;
+      count = int(node.count);
       continue;
     }
     for (int i = 0; i < int(node.count); ++i) {
       if (node.below[i] <= n || node.below[i] >= tree.size()) return false;
       const auto below = static_cast<std::size_t>(node.below[i]);
-      if (i == 0) ranges.first[at] = ranges.first[below];
-      if (ranges.first[below] != ranges.first[at] + ranges.count[at]) return false;
-      ranges.count[at] += ranges.count[below];
+      if (i == 0) first = ranges.first[below];
+      if (ranges.first[below] != first + count) return false;
+      count += ranges.count[below];
     }
   }
   reason = "the leaves do not hold every triangle once";
   if (ranges.first[0] != 0 || ranges.count[0] != triangles) return false;
   std::vector<bool> is_taken(static_cast<std::size_t>(triangles), false);
-  for (int place = 0; place < triangles; ++place) {
-    const int triangle = tree.triangle(static_cast<unsigned>(place));
+  for (int i = 0; i < triangles; ++i) {
+    const int triangle = tree.triangle(static_cast<unsigned>(i));
     if (triangle < 0 || triangle >= triangles || is_taken[std::size_t(triangle)]) return false;
     is_taken[std::size_t(triangle)] = true;
   }
   return true;
 }
 
-/// Implements DeformableMesh::validate.
+/// Implements DeformableMesh::validate: the tree has the right links, and each box contains all
+/// triangles below it, computed in long double.
 bool checkMesh(const MeshState& state, std::string* reason) {
   using Vector3l = Eigen::Matrix<long double, 3, 1>;
   const WideTree& tree = state.tree;
   LeafRanges ranges;
-  std::string what;
+  std::string defect;
   const auto fail = [&] {
-    if (reason) *reason = what;
+    if (reason) *reason = defect;
     return false;
   };
-  if (!findLeafRanges(tree, state.numTriangles(), ranges, what)) return fail();
+  if (!findLeafRanges(tree, state.numTriangles(), ranges, defect)) return fail();
   const Eigen::Matrix<long double, 3, 3> to_body = tree.toBody().cast<long double>();
-  const auto holds = [&](const Boxes4& boxes, int lane, int place) {
-    const Int4& corners = tree.corners(static_cast<unsigned>(place));
+  const auto contains = [&](const Boxes4& boxes, int lane, int leaf_index) {
+    const Int4& corners = tree.corners(static_cast<unsigned>(leaf_index));
     for (int c = 0; c < 3; ++c) {
       const Vector3l x = state.vertices[std::size_t(corners[c])].cast<long double>();
       const Vector3l y = to_body * (x - tree.origin().cast<long double>());
@@ -73,11 +76,11 @@ bool checkMesh(const MeshState& state, std::string* reason) {
       const auto below = static_cast<std::size_t>(node.isLeaf() ? n : node.below[i]);
       const int first = node.isLeaf() ? node.first + i : ranges.first[below],
                 last = first + (node.isLeaf() ? 1 : ranges.count[below]);
-      for (int place = first; place < last; ++place)
-        if (!holds(node.boxes, i, place)) {
-          what = "box " + std::to_string(i) + " of node " + std::to_string(n) +
-                 " does not contain triangle " +
-                 std::to_string(tree.triangle(static_cast<unsigned>(place)));
+      for (int leaf_index = first; leaf_index < last; ++leaf_index)
+        if (!contains(node.boxes, i, leaf_index)) {
+          defect = "box " + std::to_string(i) + " of node " + std::to_string(n) +
+                   " does not contain triangle " +
+                   std::to_string(tree.triangle(static_cast<unsigned>(leaf_index)));
           return fail();
         }
     }
@@ -97,6 +100,7 @@ void requireCount(std::size_t count, std::size_t vertices) {
                                 " positions given for " + std::to_string(vertices) + " vertices");
 }
 
+// The positions in single precision that a single-precision mesh keeps for the user (HeldMesh).
 void setUserPrevious(const HeldMesh<double>&, const std::vector<fcl::Vector3d>&) {}
 void setUserPrevious(HeldMesh<float>& mesh, std::vector<fcl::Vector3f> positions) {
   mesh.own_previous = std::move(positions);
@@ -175,7 +179,7 @@ template <typename S>
 const MeshUpdate& DeformableMesh<S>::updateStrided(const S* data, Eigen::Index count,
                                                    Eigen::Index stride, Eigen::Index component) {
   requireCount(static_cast<std::size_t>(count), held_->state().vertices.size());
-  StepMemory memory(*held_, StepOf::All);
+  StepMemory memory(*held_, UpdateKind::All);
   takeStep<S>(*held_, *this, {data, stride, component}, false, memory);
   return held_->state().report;
 }
@@ -183,14 +187,14 @@ const MeshUpdate& DeformableMesh<S>::updateStrided(const S* data, Eigen::Index c
 template <typename S>
 const MeshUpdate& DeformableMesh<S>::update(const unsigned* indices, const Point* positions,
                                             std::size_t count) {
-  takeStep<S>(*held_, *this, indices, positions, count, {*held_, StepOf::Some});
+  takeStep<S>(*held_, *this, indices, positions, count, {*held_, UpdateKind::Some});
   return held_->state().report;
 }
 
 template <typename S>
 const MeshUpdate& DeformableMesh<S>::updateTwoFrames(const Point* positions, std::size_t count) {
   requireCount(count, held_->state().vertices.size());
-  StepMemory memory(*held_, StepOf::TwoFrames);
+  StepMemory memory(*held_, UpdateKind::TwoFrames);
   takeStep<S>(*held_, *this, {reinterpret_cast<const S*>(positions)}, true, memory);
   return held_->state().report;
 }

@@ -17,7 +17,8 @@
 
 namespace adaptive_bvh {
 
-/// The data that a mesh shares with its copies. Constant after the build.
+/// The data that a mesh shares with its copies. They depend on the triangles and the tree only, and
+/// are constant after the build.
 struct MeshTopology {
   std::vector<fcl::Triangle> triangles;  ///< as given by the user
   LeafTriangles leaves;
@@ -42,19 +43,18 @@ struct MeshState {
 
   std::shared_ptr<const MeshTopology> topology;
   std::vector<Point> vertices;
-  std::vector<Point>
-      previous;  ///< previous positions; empty unless the last update was a two-frame update
+  std::vector<Point> previous;  ///< empty unless the last update was a two-frame update
   LocalBounds<double> bounds;
   WideTree tree;      ///< boxes of `vertices`
   MovedLeaves moved;  ///< created by the first update of some vertices
   BodyAxes axes;      ///< axes of the tree's coordinates
-  double travel = 0;  ///< accumulated motion bound: the sum of the largest displacements of all
-                      ///< updates, rounded up
+  /// Accumulated motion bound: the sum of the largest displacements of all updates, rounded up.
+  double travel = 0;
   /// Identifies the sequence of updates over which `travel` accumulates. A copy shares it, and gets
   /// a new one at its next update.
   std::uint64_t lineage = 0;
-  bool is_copy = false;
-  std::uint64_t version = 0;  ///< version number, unique among all positions of all meshes
+  bool is_copy = false;       ///< whether this is a copy without an update since
+  std::uint64_t version = 0;  ///< identifies the positions, among those of all meshes
   int update_threads = 1, query_threads = 1;
   MeshUpdate report;
 
@@ -83,7 +83,7 @@ struct MeshAccess {
   static HeldMesh<S>& held(DeformableMesh<S>& mesh) { return *mesh.held_; }
   static const HeldMesh<S>& held(const DeformableMesh<S>& mesh) { return *mesh.held_; }
   static const MeshState& state(const DeformableMesh<S>& mesh);
-  /// A mesh without a state, to be built.
+  /// A mesh with an empty state, which is built later.
   static DeformableMesh<S> empty() { return DeformableMesh<S>(std::make_unique<HeldMesh<S>>()); }
 };
 
@@ -100,7 +100,7 @@ struct HeldMesh<double> {
   const Points& previous() const { return own.previous; }
   /// Allocates the memory that `*this = other` needs, so that the assignment throws nothing.
   void reserve(const HeldMesh& other) { own.reserve(other.own); }
-  /// Allocates the memory for copying the state's positions.
+  /// Allocates the memory for the copies of the state's positions; there are none.
   static void reserve() {}
 
   MeshState own;
@@ -140,7 +140,7 @@ const MeshState& stateOf(const DeformableMesh<S>& mesh) {
   return detail::MeshAccess<S>::state(mesh);
 }
 
-/// The double-precision mesh that queries read.
+/// The double-precision mesh that queries read: the mesh itself, or the one inside it.
 inline const DeformableMesh<double>& inDouble(const DeformableMesh<double>& mesh) { return mesh; }
 inline const DeformableMesh<double>& inDouble(const DeformableMesh<float>& mesh) {
   return detail::MeshAccess<float>::held(mesh).mesh;

@@ -16,12 +16,13 @@
 namespace adaptive_bvh {
 namespace {
 
-/// A new lineage or version: never returned before.
+/// A number for a new lineage or version: one that was never returned before.
 std::uint64_t newNumber() {
   static std::atomic<std::uint64_t> last{0};
   return last.fetch_add(1, std::memory_order_relaxed) + 1;
 }
 
+/// Whether a position is finite and small enough (rounding::largestCoordinate).
 template <typename S>
 bool isUsablePosition(const fcl::Vector3<S>& position) {
   return position.cwiseAbs().maxCoeff() <= rounding::largestCoordinate<S>() && position.allFinite();
@@ -57,18 +58,18 @@ void writeAll(MeshState& state, const PositionArray<S>& positions, StepMemory& m
   const TaskPool& pool = memory.pool;
   pool.forEachPart(
       static_cast<int>(state.vertices.size()), pool.parts(), [&](int begin, int end, int slot) {
-        double& most = memory.squares[slot];
+        double& most = memory.squared_radius[slot];
         positions.forEachRun(
             std::size_t(begin), std::size_t(end),
             [&](const fcl::Vector3d* points, std::size_t first, std::size_t count) {
               most = std::max(most, copyPoints(points, count, middle, vertices + first));
             });
       });
-  setLocalRadius(state.bounds,
-                 memory.squares.sum([](double& all, double part) { all = std::max(all, part); }));
+  setLocalRadius(state.bounds, memory.squared_radius.sum(
+                                   [](double& all, double part) { all = std::max(all, part); }));
 }
 
-/// Summarizes the new positions, before anything is written.
+/// The bounding box of the new positions and the largest displacement, before anything is written.
 template <typename S>
 VertexSummary<double> summaryOf(const MeshState& state, const PositionArray<S>& positions,
                                 StepMemory& memory) {
@@ -79,13 +80,14 @@ VertexSummary<double> summaryOf(const MeshState& state, const PositionArray<S>& 
                      positions.forEachRun(
                          std::size_t(begin), std::size_t(end),
                          [&](const fcl::Vector3d* points, std::size_t first, std::size_t count) {
-                           memory.seen[slot].add(points, vertices + first, count);
+                           memory.summary[slot].add(points, vertices + first, count);
                          });
                    });
-  return memory.seen.sum(
+  return memory.summary.sum(
       [](VertexSummary<double>& all, const VertexSummary<double>& part) { all.add(part); });
 }
 
+/// Refits the tree to the positions, in new coordinates.
 void refit(MeshState& state, const TaskPool& pool) {
   state.tree.refit(state.vertices.data(), coordinatesOf(state), pool);
   state.version = newNumber();
@@ -106,12 +108,14 @@ int threadsOf(const MeshState& state) {
   return state.topology->triangles.size() >= kParallelTriangles ? state.update_threads : 1;
 }
 
+/// Converts points to single precision.
 void narrow(const std::vector<fcl::Vector3d>& from, std::vector<fcl::Vector3f>& to) {
   to.resize(from.size());
   for (std::size_t i = 0; i < from.size(); ++i) to[i] = from[i].cast<float>();
 }
 
-/// Copies the mesh's state to the data that the user sees.
+/// Copies the mesh's state to the data that the user sees: the bounds of `geometry`, which is the
+/// DeformableMesh itself, and positions in single precision.
 void publish(const HeldMesh<double>& mesh, fcl::CollisionGeometryd& geometry) {
   copyBounds(mesh.own.bounds, geometry);
 }
@@ -121,7 +125,7 @@ void publish(HeldMesh<float>& mesh, fcl::CollisionGeometryf& geometry) {
   narrow(mesh.state().vertices, mesh.own_vertices);
   narrow(mesh.state().previous, mesh.own_previous);
 }
-/// The same after an update of some vertices.
+/// `publish` after an update of the vertices with these indices.
 void publish(const HeldMesh<double>& mesh, fcl::CollisionGeometryd& geometry, const unsigned*,
              std::size_t) {
   publish(mesh, geometry);
@@ -138,12 +142,12 @@ void publish(HeldMesh<float>& mesh, fcl::CollisionGeometryf& geometry, const uns
 }  // namespace
 
 template <typename S>
-StepMemory::StepMemory(HeldMesh<S>& mesh, StepOf of)
-    : pool(threadsOf(mesh.state())), seen(pool.size()), squares(pool.size()) {
+StepMemory::StepMemory(HeldMesh<S>& mesh, UpdateKind kind)
+    : pool(threadsOf(mesh.state())), summary(pool.size()), squared_radius(pool.size()) {
   MeshState& state = mesh.state();
   state.tree.reserve(pool);
-  if (of == StepOf::TwoFrames) state.previous.reserve(state.vertices.size());
-  if (of == StepOf::Some && state.moved.isEmpty())
+  if (kind == UpdateKind::TwoFrames) state.previous.reserve(state.vertices.size());
+  if (kind == UpdateKind::Some && state.moved.isEmpty())
     state.moved = MovedLeaves(state.tree, state.vertices.size());
   mesh.reserve();
 }
@@ -172,13 +176,14 @@ void build(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> tri
   requireBuildable(vertices, triangles);
   const MeshView<S> view{vertices.data(), nullptr, triangles.data()};
   const OrderedTree order(buildBottomUp(view, static_cast<unsigned>(triangles.size())));
-  assemble(std::move(vertices), std::move(triangles), order, nullptr, mesh, geometry);
+  buildFromTree(std::move(vertices), std::move(triangles), order, nullptr, mesh, geometry);
 }
 
 namespace {
 
-void assembleState(std::vector<fcl::Vector3d> vertices, std::vector<fcl::Triangle> triangles,
-                   const OrderedTree& order, const fcl::Matrix3d* axes, MeshState& state) {
+/// Sets all of a mesh's state except positions and boxes of the tree, radius and version.
+void buildState(std::vector<fcl::Vector3d> vertices, std::vector<fcl::Triangle> triangles,
+                const OrderedTree& order, const fcl::Matrix3d* axes, MeshState& state) {
   const MeshView<double> mesh{vertices.data(), nullptr, triangles.data()};
   auto topology = std::make_shared<MeshTopology>();
   topology->leaves.assign(order, mesh, triangles.size(), vertices.size());
@@ -204,13 +209,13 @@ void assembleState(std::vector<fcl::Vector3d> vertices, std::vector<fcl::Triangl
 }  // namespace
 
 template <typename S>
-void assemble(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> triangles,
-              const OrderedTree& order, const fcl::Matrix3d* axes, HeldMesh<S>& mesh,
-              fcl::CollisionGeometry<S>& geometry) {
+void buildFromTree(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> triangles,
+                   const OrderedTree& order, const fcl::Matrix3d* axes, HeldMesh<S>& mesh,
+                   fcl::CollisionGeometry<S>& geometry) {
   MeshState& state = mesh.state();
-  assembleState(inDouble(std::move(vertices)), std::move(triangles), order, axes, state);
-  StepMemory memory(mesh, StepOf::All);
-  // The positions are there already: this computes the radius.
+  buildState(inDouble(std::move(vertices)), std::move(triangles), order, axes, state);
+  StepMemory memory(mesh, UpdateKind::All);
+  // Copies the positions to themselves, for the radius that this computes.
   writeAll(state, PositionArray<double>{state.vertices[0].data()}, memory);
   refit(state, memory.pool);
   publish(mesh, geometry);
@@ -222,26 +227,26 @@ void takeStep(HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry,
   Stopwatch watch;
   MeshState& state = mesh.state();
   const std::size_t count = state.vertices.size();
-  const VertexSummary<double> seen = summaryOf(state, positions, memory);
+  const VertexSummary<double> summary = summaryOf(state, positions, memory);
   // isSurelyUsable may be false for usable positions; then each is tested.
-  if (!seen.isSurelyUsable(rounding::largestCoordinate<S>()))
+  if (!summary.isSurelyUsable(rounding::largestCoordinate<S>()))
     requireUsable<S>(positions, count, [](std::size_t i) { return i; });
   // Nothing is thrown from here on.
   state.report = MeshUpdate();
   state.report.vertices = count;
-  state.report.largest_displacement = seen.largestDisplacement();
+  state.report.largest_displacement = summary.largestDisplacement();
   if (two_frames) {
     state.previous.resize(count);
     state.previous.swap(state.vertices);  // writeAll overwrites all vertices
   }
-  if (seen.moved()) {
-    setLocalBox(state.bounds, seen.low, seen.high);
+  if (summary.moved()) {
+    setLocalBox(state.bounds, summary.low, summary.high);
     writeAll(state, positions, memory);
-    state.report.turned = state.axes.turn(state.vertices);
+    state.report.turned = state.axes.update(state.vertices);
     refit(state, memory.pool);
     addTravel(state);
   } else if (two_frames) {
-    state.vertices = state.previous;  // after the swap
+    state.vertices = state.previous;  // the swap has exchanged them
   }
   if (!two_frames) state.previous.clear();
   publish(mesh, geometry);
@@ -250,7 +255,7 @@ void takeStep(HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry,
 
 namespace {
 
-/// Whether a point is in the range of a tree's coordinates, which are below 2.
+/// Whether a point is in the range of a tree's coordinates, which are below 2, with some slack.
 bool fits(const BodyCoordinates& coordinates, const fcl::Vector3d& x) {
   return coordinates(x).cwiseAbs().maxCoeff() < 2 - 1. / 1024;
 }
@@ -267,7 +272,8 @@ void requireUsable(const MeshState& state, const unsigned* indices,
   requireUsable<S>(positions, count, [&](std::size_t i) { return indices[i]; });
 }
 
-/// Moves some vertices, then updates the mesh's bounds, axes and tree in `finish`.
+/// An update of some vertices: `move` writes their positions; then `finish` updates the mesh's
+/// bounds, axes and tree.
 template <typename S>
 class MovedVertices {
  public:
@@ -282,14 +288,15 @@ class MovedVertices {
       vertex = to;
       state_.moved.add(indices[i]);
       has_moved_ = true;
-      has_room_ = has_room_ && fits(state_.tree.coordinates(), to);
+      fits_ = fits_ && fits(state_.tree.coordinates(), to);
     });
   }
   bool hasMoved() const { return has_moved_; }
+  /// Refits only the nodes above moved vertices, unless the tree needs other coordinates.
   void finish(const TaskPool& pool) {
     box_.finish(state_.vertices.data(), state_.vertices.size(), state_.bounds);
-    state_.report.turned = state_.axes.turn(state_.vertices);
-    if (!has_room_ || state_.report.turned) {
+    state_.report.turned = state_.axes.update(state_.vertices);
+    if (!fits_ || state_.report.turned) {
       state_.moved.refitAll([](int) {});  // only clears the marks
       refit(state_, pool);
     } else {
@@ -305,7 +312,7 @@ class MovedVertices {
  private:
   MeshState& state_;
   BoxAfterSome<double> box_;
-  bool has_moved_ = false, has_room_ = true;
+  bool has_moved_ = false, fits_ = true;
 };
 
 }  // namespace
@@ -316,10 +323,10 @@ void takeStep(HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry, const unsi
   Stopwatch watch;
   MeshState& state = mesh.state();
   requireUsable(state, indices, positions, count);
-  std::vector<fcl::Vector3<S>> aside;
+  std::vector<fcl::Vector3<S>> copy;
   if (overlap(positions, count, mesh.vertices().data(), mesh.vertices().size())) {
-    aside.assign(positions, positions + count);
-    positions = aside.data();
+    copy.assign(positions, positions + count);
+    positions = copy.data();
   }
   // Nothing is thrown from here on.
   state.report = MeshUpdate();
@@ -338,10 +345,10 @@ void takeStep(HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry, const unsi
   template void requireBuildable(const std::vector<fcl::Vector3<S>>&,                             \
                                  const std::vector<fcl::Triangle>&);                              \
   template void requireUsable(const std::vector<fcl::Vector3<S>>&);                               \
-  template void assemble(std::vector<fcl::Vector3<S>>, std::vector<fcl::Triangle>,                \
-                         const OrderedTree&, const fcl::Matrix3d*, HeldMesh<S>&,                  \
-                         fcl::CollisionGeometry<S>&);                                             \
-  template StepMemory::StepMemory(HeldMesh<S>&, StepOf);                                          \
+  template void buildFromTree(std::vector<fcl::Vector3<S>>, std::vector<fcl::Triangle>,           \
+                              const OrderedTree&, const fcl::Matrix3d*, HeldMesh<S>&,             \
+                              fcl::CollisionGeometry<S>&);                                        \
+  template StepMemory::StepMemory(HeldMesh<S>&, UpdateKind);                                      \
   template void takeStep(HeldMesh<S>&, fcl::CollisionGeometry<S>&, const PositionArray<S>&, bool, \
                          StepMemory&);                                                            \
   template void takeStep(HeldMesh<S>&, fcl::CollisionGeometry<S>&, const unsigned*,               \

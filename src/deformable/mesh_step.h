@@ -19,8 +19,8 @@ struct PositionArray {
   std::ptrdiff_t stride = 3, component = 1;
 
   fcl::Vector3<S> operator[](std::size_t i) const {
-    const S* const at = data + static_cast<std::ptrdiff_t>(i) * stride;
-    return {at[0], at[component], at[2 * component]};
+    const S* const x = data + static_cast<std::ptrdiff_t>(i) * stride;
+    return {x[0], x[component], x[2 * component]};
   }
   /// Calls use(points, first, count) for consecutive runs of positions from `begin` to `end`, as
   /// contiguous points in double precision: in place if they already have this layout, otherwise
@@ -42,6 +42,7 @@ struct PositionArray {
   }
 };
 
+/// The points in double precision.
 inline std::vector<fcl::Vector3d> inDouble(std::vector<fcl::Vector3d> points) { return points; }
 inline std::vector<fcl::Vector3d> inDouble(const std::vector<fcl::Vector3f>& points) {
   std::vector<fcl::Vector3d> converted;
@@ -50,12 +51,15 @@ inline std::vector<fcl::Vector3d> inDouble(const std::vector<fcl::Vector3f>& poi
   return converted;
 }
 
-/// Builds a mesh and its bounds from vertices and triangles, which must satisfy requireBuildable.
+// In the functions below, `mesh` is the private data of a DeformableMesh, and `geometry` is that
+// DeformableMesh itself, whose bounds they set.
+
+/// Builds a mesh. Throws std::invalid_argument as requireBuildable does.
 template <typename S>
 void build(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> triangles,
            HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry);
 
-/// Throws std::invalid_argument unless a mesh can be built of these vertices and triangles, or
+/// Throws std::invalid_argument unless a mesh can be built of these vertices and triangles, and
 /// unless these positions can be used.
 template <typename S>
 void requireBuildable(const std::vector<fcl::Vector3<S>>& vertices,
@@ -63,36 +67,37 @@ void requireBuildable(const std::vector<fcl::Vector3<S>>& vertices,
 template <typename S>
 void requireUsable(const std::vector<fcl::Vector3<S>>& positions);
 
-/// Like `build`, with an existing tree. `axes` are those of the boxes, or null to choose them.
+/// Builds a mesh with a given binary tree. The vertices and triangles must satisfy
+/// requireBuildable. `axes` are those of the boxes, or null to choose them.
 template <typename S>
-void assemble(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> triangles,
-              const OrderedTree& order, const fcl::Matrix3d* axes, HeldMesh<S>& mesh,
-              fcl::CollisionGeometry<S>& geometry);
+void buildFromTree(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> triangles,
+                   const OrderedTree& order, const fcl::Matrix3d* axes, HeldMesh<S>& mesh,
+                   fcl::CollisionGeometry<S>& geometry);
 
 /// The kind of an update: new positions of all vertices, of all vertices with the previous
 /// positions kept, or of some vertices.
-enum class StepOf { All, TwoFrames, Some };
+enum class UpdateKind { All, TwoFrames, Some };
 
 /// The memory of one update. Its constructor does all allocations of an update, including those in
 /// the mesh's state.
 struct StepMemory {
   template <typename S>
-  StepMemory(HeldMesh<S>& mesh, StepOf of);
+  StepMemory(HeldMesh<S>& mesh, UpdateKind kind);
 
   const TaskPool pool;
-  PerThread<VertexSummary<double>> seen;
-  PerThread<double> squares;
+  PerThread<VertexSummary<double>> summary;  ///< of the new positions
+  PerThread<double> squared_radius;          ///< largest squared distance from the body's centre
 };
 
 /// Updates all vertices. With `two_frames`, the current positions become the previous ones. Throws
-/// if positions are not usable, and then leaves the mesh unchanged. Allocates nothing. Also updates
-/// the local bounds of `geometry`. Use `memory` for one update only.
+/// std::invalid_argument if positions are not usable, and then leaves the mesh unchanged. Allocates
+/// nothing. Use `memory` for one update only.
 template <typename S>
 void takeStep(HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry,
               const PositionArray<S>& positions, bool two_frames, StepMemory& memory);
 
-/// Updates some vertices, with the same guarantees. Positions that lie in the mesh's own memory are
-/// copied first.
+/// Updates the vertices with these indices. Throws as above for positions and for indices that are
+/// out of range. Allocates only to copy positions that lie in the mesh's own memory.
 template <typename S>
 void takeStep(HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry, const unsigned* indices,
               const fcl::Vector3<S>* positions, std::size_t count, const StepMemory& memory);

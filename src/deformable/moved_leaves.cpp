@@ -3,21 +3,21 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Calls visit(vertex, node) for every vertex of every leaf, each once.
+/// Calls visit(vertex, node) once for every leaf node and every vertex of its triangles.
 template <typename Visit>
 void forEachVertexOfLeaves(const WideTree& tree, const Visit& visit) {
   for (int n = 0; n < tree.size(); ++n) {
     const WideNode& node = tree.nodes()[n];
     if (!node.isLeaf()) continue;
-    std::uint32_t seen[12];
+    std::uint32_t visited[12];  // four triangles have at most twelve vertices
     int count = 0;
     for (int i = 0; i < node.count; ++i)
       for (int k = 0; k < 3; ++k) {
         const auto vertex = static_cast<std::uint32_t>(tree.corners(unsigned(node.first + i))[k]);
         bool is_new = true;
-        for (int j = 0; j < count; ++j) is_new = is_new && seen[j] != vertex;
+        for (int j = 0; j < count; ++j) is_new = is_new && visited[j] != vertex;
         if (!is_new) continue;
-        seen[count++] = vertex;
+        visited[count++] = vertex;
         visit(vertex, static_cast<unsigned>(n));
       }
   }
@@ -32,9 +32,9 @@ MovedLeaves::MovedLeaves(const WideTree& tree, std::size_t num_vertices)
   named_.reserve(num_vertices);
   forEachVertexOfLeaves(tree, [&](unsigned vertex, unsigned) { ++begins_[vertex + 2]; });
   for (std::size_t i = 2; i < begins_.size(); ++i) begins_[i] += begins_[i - 1];
-  nodes_.resize(begins_.back());
+  leaves_.resize(begins_.back());
   forEachVertexOfLeaves(
-      tree, [&](unsigned vertex, unsigned node) { nodes_[begins_[vertex + 1]++] = node; });
+      tree, [&](unsigned vertex, unsigned node) { leaves_[begins_[vertex + 1]++] = node; });
   begins_.pop_back();
   for (int n = 0; n < tree.size(); ++n) {
     const WideNode& node = tree.nodes()[n];

@@ -8,8 +8,8 @@
 
 namespace adaptive_bvh {
 
-/// The data for updates of some vertices: maps each vertex to the leaves of a four-wide tree that
-/// contain it, and marks nodes to refit. A copy of a mesh starts without one.
+/// The data for updates of some vertices: maps each vertex to the leaf nodes of a four-wide tree
+/// that contain it, and marks nodes to refit. It can be rebuilt, so a copy is empty.
 class MovedLeaves {
  public:
   MovedLeaves() = default;
@@ -30,10 +30,10 @@ class MovedLeaves {
   }
   /// Marks the leaves that contain a vertex.
   void add(unsigned vertex) {
-    for (unsigned i = begins_[vertex]; i < begins_[vertex + 1]; ++i) mark(nodes_[i]);
+    for (unsigned i = begins_[vertex]; i < begins_[vertex + 1]; ++i) mark(leaves_[i]);
   }
-  /// Calls refit(node) for every marked node and its ancestors, children first, and clears the
-  /// marks. Returns the number of calls.
+  /// Calls refit(node) for every marked node and its ancestors, children first, because they have
+  /// larger numbers; clears the marks. Returns the number of calls.
   template <typename Refit>
   std::size_t refitAll(const Refit& refit) {
     std::size_t count = 0;
@@ -50,7 +50,7 @@ class MovedLeaves {
   }
 
   std::size_t bytes() const {
-    return (begins_.capacity() + nodes_.capacity()) * sizeof(unsigned) +
+    return (begins_.capacity() + leaves_.capacity()) * sizeof(unsigned) +
            parents_.capacity() * sizeof(unsigned) + marked_.capacity() * sizeof(marked_[0]) +
            named_.bytes();
   }
@@ -58,8 +58,8 @@ class MovedLeaves {
  private:
   void mark(unsigned node) { marked_[node / 64] |= std::uint64_t(1) << node % 64; }
 
-  std::vector<unsigned> begins_,
-      nodes_;                          ///< by vertex: the beginning of its range of leaves; leaves
+  /// The leaf nodes with vertex v are leaves_[begins_[v]] to leaves_[begins_[v + 1] - 1].
+  std::vector<unsigned> begins_, leaves_;
   std::vector<unsigned> parents_;      ///< by node
   std::vector<std::uint64_t> marked_;  ///< one bit for each node
   NamedVertices named_;

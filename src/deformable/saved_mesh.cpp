@@ -12,11 +12,13 @@
 #include "deformable/mesh_step.h"
 #include "hierarchy/bottom_up.h"
 
-// DeformableMesh::save and load. The format is a header, then arrays of numbers in memory layout,
-// then a checksum of both.
+// DeformableMesh::save and load. The format is a magic number and a header, then arrays in memory
+// layout (positions, previous positions, triangles, order and shape of the binary tree), then a
+// checksum of all.
 namespace adaptive_bvh {
 namespace {
 
+/// The first eight bytes, which name the number type.
 template <typename S>
 constexpr std::array<char, 8> kMeshMagic = {'A', 'B', 'V', 'H',
                                             'M', 'S', 'H', sizeof(S) == sizeof(double) ? 'd' : 'f'};
@@ -25,8 +27,8 @@ constexpr std::uint32_t kMeshVersion = 1, kMeshByteOrder = 0x01020304;
 /// The header, which follows the magic number.
 struct SavedHeader {
   std::uint32_t version, byte_order;
-  std::uint64_t vertices, previous, triangles;
-  double axes[9];
+  std::uint64_t vertices, previous, triangles;  ///< numbers of elements
+  double axes[9];                               ///< of the boxes, column by column
 };
 static_assert(sizeof(SavedHeader) == 104, "without gaps");
 
@@ -39,12 +41,12 @@ constexpr std::size_t kMeshPiece = std::size_t(3) << 20;
 class MeshChecksum {
  public:
   void add(const void* data, std::size_t bytes) {
-    const char* at = static_cast<const char*>(data);
-    for (; bytes > 0; at += kWord, bytes -= std::min(bytes, kWord)) {
+    const char* from = static_cast<const char*>(data);
+    for (; bytes > 0; from += kWord, bytes -= std::min(bytes, kWord)) {
       std::uint64_t word = 0;
-      std::memcpy(&word, at, std::min(bytes, kWord));
+      std::memcpy(&word, from, std::min(bytes, kWord));
       sum_ = (sum_ ^ word) * 0x100000001b3;
-      sum_ ^= sum_ >> 32;  // a product never moves high bits to lower ones
+      sum_ ^= sum_ >> 32;  // because a product never carries high bits to lower ones
     }
   }
   std::uint64_t sum() const { return sum_; }
@@ -58,6 +60,7 @@ class MeshChecksum {
   throw std::runtime_error("DeformableMesh::load: " + why);
 }
 
+/// Writes arrays to a stream; `finish` writes their checksum, and throws if the stream has failed.
 class MeshWriter {
  public:
   explicit MeshWriter(std::ostream& out) : out_(out) {}
@@ -66,10 +69,10 @@ class MeshWriter {
   void write(const T* elements, std::size_t count) {
     const char* const data = reinterpret_cast<const char*>(elements);
     const std::size_t bytes = count * sizeof(T);
-    for (std::size_t at = 0; at < bytes; at += kMeshPiece) {
-      const std::size_t size = std::min(kMeshPiece, bytes - at);
-      checksum_.add(data + at, size);
-      out_.write(data + at, static_cast<std::streamsize>(size));
+    for (std::size_t begin = 0; begin < bytes; begin += kMeshPiece) {
+      const std::size_t size = std::min(kMeshPiece, bytes - begin);
+      checksum_.add(data + begin, size);
+      out_.write(data + begin, static_cast<std::streamsize>(size));
     }
   }
   void finish() {
@@ -83,6 +86,7 @@ class MeshWriter {
   MeshChecksum checksum_;
 };
 
+/// Reads arrays from a stream; `finish` reads their checksum. All throw if the data are not right.
 class MeshReader {
  public:
   explicit MeshReader(std::istream& in) : in_(in) {}
@@ -96,11 +100,11 @@ class MeshReader {
   void read(Vector& elements, std::uint64_t count) {
     using T = typename Vector::value_type;
     static_assert(kMeshPiece % sizeof(T) == 0, "pieces are of whole elements");
-    for (std::uint64_t at = 0; at < count;) {
-      const std::uint64_t size = std::min<std::uint64_t>(kMeshPiece / sizeof(T), count - at);
-      elements.resize(static_cast<std::size_t>(at + size));
-      read(elements.data() + at, static_cast<std::size_t>(size));
-      at += size;
+    for (std::uint64_t begin = 0; begin < count;) {
+      const std::uint64_t size = std::min<std::uint64_t>(kMeshPiece / sizeof(T), count - begin);
+      elements.resize(static_cast<std::size_t>(begin + size));
+      read(elements.data() + begin, static_cast<std::size_t>(size));
+      begin += size;
     }
   }
   void finish() {
@@ -119,6 +123,7 @@ class MeshReader {
   MeshChecksum checksum_;
 };
 
+/// Eight bits to a byte, the first one lowest.
 std::vector<unsigned char> packedBits(const std::vector<bool>& bits) {
   std::vector<unsigned char> bytes((bits.size() + 7) / 8, 0);
   for (std::size_t i = 0; i < bits.size(); ++i)
@@ -131,6 +136,7 @@ std::vector<bool> unpackedBits(const std::vector<unsigned char>& bytes, std::siz
   return bits;
 }
 
+/// Reads the magic number and the header. Throws unless this library can read such a mesh.
 template <typename S>
 SavedHeader readHeader(MeshReader& reader) {
   std::array<char, 8> magic;
@@ -146,7 +152,7 @@ SavedHeader readHeader(MeshReader& reader) {
   if (header.version != kMeshVersion)
     failToLoad("the data have the version " + std::to_string(header.version) +
                "; this library reads version " + std::to_string(kMeshVersion));
-  // Leaf positions in a tree have 29 bits, including the sign.
+  // WideNode::first has 29 bits, including the sign.
   constexpr std::uint64_t kMost = std::uint64_t(1) << 28;
   if (header.vertices > 4 * kMost || header.triangles >= kMost || header.triangles == 0 ||
       (header.previous != 0 && header.previous != header.vertices))
@@ -155,7 +161,7 @@ SavedHeader readHeader(MeshReader& reader) {
   return header;
 }
 
-/// Reads a rotation matrix. Throws unless it is one.
+/// The matrix with these numbers. Throws unless it is a rotation.
 fcl::Matrix3d axesFrom(const double* numbers) {
   const fcl::Matrix3d axes = Eigen::Map<const fcl::Matrix3d>(numbers);
   const double error = (axes.transpose() * axes - fcl::Matrix3d::Identity()).cwiseAbs().maxCoeff();
@@ -177,7 +183,7 @@ void DeformableMesh<S>::save(std::ostream& out) const {
                      topology.triangles.size(),
                      {}};
   Eigen::Map<fcl::Matrix3d>(header.axes) = state.axes.axes();
-  std::vector<std::uint32_t> corners, order;
+  std::vector<std::uint32_t> corners, order;  // order: the triangle of each leaf
   corners.reserve(3 * topology.triangles.size());
   order.reserve(topology.triangles.size());
   for (const fcl::Triangle& t : topology.triangles)
@@ -226,7 +232,7 @@ DeformableMesh<S>::DeformableMesh(std::istream& in) : held_(std::make_unique<Hel
   } catch (const std::invalid_argument& error) {
     failToLoad(std::string("the data are damaged: ") + error.what());
   }
-  assemble(std::move(vertices), std::move(triangles), tree, &axes, *held_, *this);
+  buildFromTree(std::move(vertices), std::move(triangles), tree, &axes, *held_, *this);
   setPrevious(std::move(previous));
 }
 

@@ -77,7 +77,7 @@ class SeparatingMotion {
     moved.tf.translation() += mesh_.tf.linear() * (length * n);
     const double moved_by = (moved.tf.translation() - shape_.tf.translation()).norm();
     const RelativePlacement to_mesh(mesh_.tf, moved.tf);
-    const fcl::Vector3d inner = to_mesh(shape_.solid.inner());
+    const fcl::Vector3d inner = to_mesh(shape_.solid.innerPoint());
     if (!(moved_by <= most) || target_.isInside(inner) || isNear(moved)) return false;
     deepest_.upper = std::max(moved_by, deepest_.lower);
     return true;

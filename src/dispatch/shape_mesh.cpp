@@ -19,7 +19,7 @@ constexpr int kMinEdgesPerTurn = 8;  ///< adjacent charts begin with 4 or 8 patc
 class PartMesh {
  public:
   explicit PartMesh(const Solid& solid, int turn)
-      : inner_(solid.inner()), is_bounded_(solid.core().isBounded()) {
+      : inner_(solid.innerPoint()), is_bounded_(solid.core().isBounded()) {
     std::vector<SurfacePatch> patches;
     solid.addPatches(patches);
     for (const SurfacePatch& patch : patches) {

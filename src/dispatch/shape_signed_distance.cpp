@@ -143,7 +143,7 @@ class MeshAndShape {
     const Nearest nearest = findNearest();
     const TriangleGap& gap = nearest.gap;
     MeshTarget mesh_target(mesh_);
-    if (gap.distance > 0 && !mesh_target.isInside(to_mesh_(solid.inner())))
+    if (gap.distance > 0 && !mesh_target.isInside(to_mesh_(solid.innerPoint())))
       return result_.apart(gap, false, target.outward(gap.points.second));
     Depths depths;
     if (gap.distance > 0)
@@ -209,7 +209,7 @@ class MeshAndShape {
     if (motion.deepest().is_found) in_shape = DepthBounds::from(motion.deepest().lower);
     in_shape = depthInShape(solid, in_shape);
     motion.raiseTo(in_shape.lower);
-    const bool is_out = !is_round || !MeshTarget(mesh_).isInside(to_mesh_(solid.inner()));
+    const bool is_out = !is_round || !MeshTarget(mesh_).isInside(to_mesh_(solid.innerPoint()));
     if (is_out && in_shape.upper + 4 * precision_.error() < solid.rollingRadius()) {
       in_mesh.upper = in_shape.upper;
     } else if (is_out && in_shape.is_found && motion.isFound(to_mesh_.R * -in_shape.outward)) {

@@ -11,7 +11,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The connected component of each group, as the number of one of its groups.
+/// For each group its connected component, named by the smallest number of a group in it.
 Scratch<unsigned> components(const GroupGraph& graph) {
   Scratch<unsigned> component(graph.size(), kNone), queue;
   for (unsigned g = 0; g < graph.size(); ++g) {
@@ -28,9 +28,11 @@ Scratch<unsigned> components(const GroupGraph& graph) {
   return component;
 }
 
-/// The groups of the current level, and the tree below them.
+/// Builds a binary tree level by level: holds the groups of the current level, and the tree below
+/// them. Groups have numbers on their level; the tree's nodes have numbers that stay.
 class Levels {
  public:
+  /// The lowest level: each primitive is a group.
   template <typename S>
   Levels(const MeshView<S>& mesh, unsigned count) : groups_(count), boxes_(count) {
     tree_.leaves = count;
@@ -43,20 +45,20 @@ class Levels {
     }
   }
 
-  /// Pairs neighbours until every component is one group.
+  /// Pairs neighbours until every component is one group. `links` are those of the lowest level.
   void mergeConnected(Scratch<Link> links) {
     Scratch<unsigned> component;
     while (!links.empty()) {
       if (size() == 2) return mergeLastTwo();
       const GroupGraph graph(size(), links);
       if (component.empty()) component = components(graph);
-      const Scratch<unsigned> number = merge(pairAll(graph, component));
-      component = renumbered(component, number);
-      links = contracted(links, number);
+      const Scratch<unsigned> new_number = merge(pairAll(graph, component));
+      component = renumbered(component, new_number);
+      links = contracted(links, new_number);
     }
   }
 
-  /// Pairs nearby groups until one is left.
+  /// Pairs groups that are near each other until one is left.
   void mergeNear() {
     isolated_.clear();
     while (size() > 1) {
@@ -80,7 +82,8 @@ class Levels {
   }
 
   /// Pairs all groups, except groups without neighbours and one in each component of odd size.
-  /// Groups that `pairGroups` leaves unpaired are paired along a Morton curve.
+  /// Returns the mate of each group, or kNone. Groups that `pairGroups` leaves unpaired are paired
+  /// with others of their component along a Morton curve.
   Scratch<unsigned> pairAll(const GroupGraph& graph, const Scratch<unsigned>& component) const {
     Scratch<unsigned> mate = pairGroups(graph, isolated_), rest, nodes;
     for (unsigned g = 0; g < size(); ++g)
@@ -102,52 +105,56 @@ class Levels {
     return mate;
   }
 
-  /// Makes the pairs the groups of the next level, after the unpaired groups. Returns the new
-  /// number of each group.
+  /// Goes to the next level. Its groups are the unpaired groups, then the pairs. Returns the number
+  /// that each group, or the pair with it, has there.
   Scratch<unsigned> merge(const Scratch<unsigned>& mate) {
-    Scratch<unsigned> number(size()), next;
+    Scratch<unsigned> new_number(size()), next;
     next.reserve(size());
     isolated_.clear();
     for (unsigned g = 0; g < size(); ++g)
       if (mate[g] == kNone) {
-        number[g] = static_cast<unsigned>(next.size());
-        isolated_.push_back(number[g]);
+        new_number[g] = static_cast<unsigned>(next.size());
+        isolated_.push_back(new_number[g]);
         next.push_back(groups_[g]);
       }
     for (unsigned g = 0; g < size(); ++g)
       if (mate[g] != kNone && g < mate[g]) {
-        number[g] = number[mate[g]] = static_cast<unsigned>(next.size());
+        new_number[g] = new_number[mate[g]] = static_cast<unsigned>(next.size());
         next.push_back(join(groups_[g], groups_[mate[g]]));
       }
     groups_.swap(next);
-    return number;
+    return new_number;
   }
 
   /// Shortcut with the same result as pairing two neighbours.
   void mergeLastTwo() { groups_.assign(1, join(groups_[0], groups_[1])); }
 
+  /// Adds a node with two children to the tree. Returns its number.
   unsigned join(unsigned left, unsigned right) {
     tree_.children.push_back({left, right});
     boxes_.push_back(boxes_[left].merged(boxes_[right]));
     return static_cast<unsigned>(boxes_.size()) - 1;
   }
 
-  Scratch<unsigned> renumbered(const Scratch<unsigned>& of_old,
-                               const Scratch<unsigned>& number) const {
-    Scratch<unsigned> of_new(size());
-    for (std::size_t g = 0; g < of_old.size(); ++g) of_new[number[g]] = of_old[g];
-    return of_new;
+  /// The components of the groups of the new level, after merge().
+  Scratch<unsigned> renumbered(const Scratch<unsigned>& old,
+                               const Scratch<unsigned>& new_number) const {
+    Scratch<unsigned> component(size());
+    for (std::size_t g = 0; g < old.size(); ++g) component[new_number[g]] = old[g];
+    return component;
   }
 
-  Scratch<Link> contracted(Scratch<Link>& links, const Scratch<unsigned>& number) const {
+  /// The links of the groups of the new level, after merge().
+  Scratch<Link> contracted(Scratch<Link>& links, const Scratch<unsigned>& new_number) const {
     for (Link& link : links) {
-      const auto ends = std::minmax(number[link.first], number[link.second]);
+      const auto ends = std::minmax(new_number[link.first], new_number[link.second]);
       link.first = ends.first;
       link.second = ends.second;
     }
     return combined(size(), links);
   }
 
+  /// Renumbers the groups along a Morton curve.
   void sortAlongCurve() {
     const Scratch<unsigned> order = mortonOrder(boxes(groups_));
     Scratch<unsigned> sorted, isolated;
@@ -182,38 +189,39 @@ template BinaryTree buildBottomUp(const MeshView<double>&, unsigned);
 
 OrderedTree::OrderedTree(const BinaryTree& tree) {
   struct Open {
-    unsigned of_binary;
-    int parent;
+    unsigned binary_node;  // a node of `tree`
+    int parent;            // its parent in `nodes`
     bool is_right;
   };
   const std::size_t size = tree.leaves + tree.children.size();
-  Scratch<unsigned> counts(size, 1);
+  Scratch<unsigned> counts(size, 1);  // the number of leaves below each node of `tree`
   for (std::size_t i = 0; i < tree.children.size(); ++i)
     counts[tree.leaves + i] = counts[tree.children[i][0]] + counts[tree.children[i][1]];
   nodes.reserve(size);
   primitives.reserve(tree.leaves);
   Scratch<Open> open(1, Open{static_cast<unsigned>(size) - 1, -1, false});
   while (!open.empty()) {
-    const Open at = open.back();
+    const auto [binary_node, parent, is_right] = open.back();
     open.pop_back();
     const auto number = static_cast<int>(nodes.size());
-    if (at.parent >= 0) {
-      Node& parent = nodes[static_cast<std::size_t>(at.parent)];
-      (at.is_right ? parent.right : parent.left) = number;
+    if (parent >= 0) {
+      Node& above = nodes[static_cast<std::size_t>(parent)];
+      (is_right ? above.right : above.left) = number;
     }
-    nodes.push_back({-1, -1, static_cast<unsigned>(primitives.size()), counts[at.of_binary]});
-    if (at.of_binary < tree.leaves) {
-      primitives.push_back(at.of_binary);
+    nodes.push_back({-1, -1, static_cast<unsigned>(primitives.size()), counts[binary_node]});
+    if (binary_node < tree.leaves) {
+      primitives.push_back(binary_node);
       continue;
     }
-    const std::array<unsigned, 2>& below = tree.children[at.of_binary - tree.leaves];
-    open.push_back({below[1], number, true});
-    open.push_back({below[0], number, false});
+    const std::array<unsigned, 2>& children = tree.children[binary_node - tree.leaves];
+    open.push_back({children[1], number, true});
+    open.push_back({children[0], number, false});
   }
 }
 
 namespace {
 
+/// Whether the numbers are 0, 1, 2 and so on, in any order.
 bool isPermutation(const Scratch<unsigned>& primitives) {
   std::vector<bool> is_taken(primitives.size(), false);
   for (const unsigned p : primitives) {
@@ -223,15 +231,17 @@ bool isPermutation(const Scratch<unsigned>& primitives) {
   return true;
 }
 
-/// Sets the children and leaf ranges of all nodes. Returns false if the shape is not one binary
-/// tree.
+/// Sets the children and first leaves of all nodes, given in depth-first order: a node that follows
+/// an inner node is its left child; a node that follows a leaf is the right child of the last inner
+/// node that has none. Returns false if the shape is not one binary tree with this number of
+/// leaves, or if it is deeper than trees of buildBottomUp.
 bool linkNodes(const std::vector<bool>& shape, std::size_t leaves,
                Scratch<OrderedTree::Node>& nodes) {
   struct Open {
     int node, depth;
   };
   const int deepest = 2 * static_cast<int>(std::ceil(std::log2(double(leaves) + 1)));
-  Scratch<Open> open;  // nodes whose right child is not yet known
+  Scratch<Open> open;  // nodes that have no right child yet
   unsigned leaf_count = 0;
   int depth = 0;
   for (std::size_t i = 0; i < shape.size(); ++i) {

@@ -15,7 +15,7 @@ struct BinaryTree {
   Scratch<std::array<unsigned, 2>> children;
 };
 
-/// Builds the tree level by level from the connectivity of the mesh (thesis appendix).
+/// Builds a tree of `count` primitives, level by level, by their connectivity (thesis appendix).
 ///
 /// On each level every group of triangles is paired with a neighbour, preferably the one with which
 /// it shares the greatest length of mesh edges: "a pairing whose total edge connection is large is
@@ -29,8 +29,8 @@ struct BinaryTree {
 /// Components that have become one group each, and points and triangles that share no edge, are
 /// merged in the same way, by proximity instead of shared edges.
 ///
-/// Every level halves the number of groups in a component, rounded up; merging components then
-/// halves their number on every level. So the depth is at most ceil(log2 t) + ceil(log2 c) for c
+/// Every level halves the number of groups in a component, rounded up; after that, every level
+/// halves the number of components. So the depth is at most ceil(log2 t) + ceil(log2 c) for c
 /// components, the largest with t triangles. As t + c <= n + 1, this is at most 2 log2(n + 1).
 ///
 /// Rejected alternatives: weights divided by the size of the groups or by the diagonal of their
@@ -44,7 +44,7 @@ BinaryTree buildBottomUp(const MeshView<S>& mesh, unsigned count);
 struct OrderedTree {
   struct Node {
     int left, right;        ///< child nodes; -1 for a leaf
-    unsigned first, count;  ///< range of leaves
+    unsigned first, count;  ///< range of leaves below the node, as indices in `primitives`
 
     bool isLeaf() const { return left < 0; }
   };
@@ -53,7 +53,7 @@ struct OrderedTree {
   explicit OrderedTree(const BinaryTree& tree);
 
   Scratch<Node> nodes;  ///< in depth-first order: parents first, left subtrees before right ones
-  Scratch<unsigned> primitives;  ///< in the order of the leaves
+  Scratch<unsigned> primitives;  ///< the primitive of each leaf, from left to right
 };
 
 /// The shape of an ordered tree: one bit for each node in order, set for a leaf. The shape and the

@@ -13,18 +13,19 @@ Scratch<Link> combined(unsigned groups, const Scratch<Link>& links) {
   Buckets<Link> by_first(groups, links, [](const Link& link) { return link.first; });
   Scratch<Link> result;
   result.reserve(links.size());
-  Scratch<std::size_t> index(
-      groups);  // index of the link to a group, valid if not before this bucket
+  // By second group: the index in `result` of the last link to it, or 0. This link has the present
+  // first group if the index is at least `begin`.
+  Scratch<std::size_t> last_link(groups);
   for (unsigned g = 0; g < groups; ++g) {
-    const std::size_t bucket = result.size();
+    const std::size_t begin = result.size();
     for (const Link* i = by_first.begin(g); i != by_first.end(g); ++i) {
       const Link& link = *i;
       if (link.second == g) continue;
-      std::size_t& at = index[link.second];
-      if (at >= bucket && at < result.size() && result[at].second == link.second) {
-        result[at].weight += link.weight;
+      std::size_t& index = last_link[link.second];
+      if (index >= begin && index < result.size() && result[index].second == link.second) {
+        result[index].weight += link.weight;
       } else {
-        at = result.size();
+        index = result.size();
         result.push_back(link);
       }
     }
@@ -59,17 +60,19 @@ struct Side {
 };
 
 /// Rounds to 16 significant bits. On regular meshes, edges have equal lengths up to rounding.
-/// Without this, rounding errors would decide which neighbour is better, and break rows of squares
-/// into a patchwork. Sums of rounded lengths are exact, so groups of equal shape tie.
+/// Otherwise rounding errors would decide which neighbour is better, and break rows of squares into
+/// a patchwork. Sums of rounded lengths are exact, so links of groups of equal shape tie.
 double rounded(double length) {
   int exponent;
   const double mantissa = std::frexp(length, &exponent);
   return std::ldexp(std::round(std::ldexp(mantissa, 16)), exponent - 16);
 }
 
+/// Collects links between triangles that share an edge.
 template <typename S>
 class EdgeLinks {
  public:
+  /// `vertices` bounds the vertex indices, `sides` the number of sides.
   EdgeLinks(const MeshView<S>& mesh, unsigned vertices, std::size_t sides)
       : mesh_(mesh), vertices_(vertices) {
     links_.reserve(sides / 2);
@@ -97,6 +100,7 @@ class EdgeLinks {
   Scratch<Link> take() { return std::move(links_); }
 
  private:
+  /// Sorts sides from one vertex, so that equal sides are adjacent.
   static void sortBucket(Side* begin, Side* end) {
     if (end - begin < 2) return;
     std::sort(begin, end, [](const Side& a, const Side& b) {
@@ -104,6 +108,7 @@ class EdgeLinks {
     });
   }
 
+  /// Links the triangles of equal sides; each only with the next 16 if there are more than 32.
   void linkAll(const Side* sides, std::size_t count) {
     const double length = rounded(
         static_cast<double>((mesh_.vertices[sides[0].from] - mesh_.vertices[sides[0].to]).norm()));
@@ -119,25 +124,27 @@ class EdgeLinks {
   Scratch<Link> links_;
 };
 
+/// The side of a triangle between two vertices.
 Side side(unsigned a, unsigned b, unsigned triangle) {
   return {std::min(a, b), std::max(a, b), triangle};
 }
 
-/// Maps each vertex to the first vertex at the same position, by an open-addressing hash table.
+/// Represents vertices at the same position by one of them, by an open-addressing hash table.
 template <typename S>
-class PositionNames {
+class Representatives {
  public:
-  PositionNames(const MeshView<S>& mesh, unsigned vertices)
-      : mesh_(mesh), names_(vertices, kEmpty) {
+  Representatives(const MeshView<S>& mesh, unsigned vertices)
+      : mesh_(mesh), representatives_(vertices, kEmpty) {
     std::size_t slots = 16;
     while (slots < 2 * std::size_t(vertices)) slots *= 2;
     slots_.assign(slots, kEmpty);
   }
 
+  /// The representative of a vertex: the first one at its position that was passed.
   unsigned of(unsigned vertex) {
-    unsigned& name = names_[vertex];
-    if (name == kEmpty) name = find(vertex);
-    return name;
+    unsigned& representative = representatives_[vertex];
+    if (representative == kEmpty) representative = find(vertex);
+    return representative;
   }
 
  private:
@@ -164,24 +171,24 @@ class PositionNames {
   }
 
   const MeshView<S>& mesh_;
-  Scratch<unsigned> names_;  // by vertex
-  Scratch<unsigned> slots_;
+  Scratch<unsigned> representatives_;  // by vertex, or kEmpty
+  Scratch<unsigned> slots_;            // the hash table: vertices, or kEmpty
 };
 
-/// Replaces the ends of sides by the first vertex at the same position, and drops sides of zero
-/// length. Returns false if nothing changed.
+/// Replaces the ends of sides by the representatives of their positions, and drops sides of zero
+/// length. Returns whether an end was replaced.
 template <typename S>
 bool mergeEqualPositions(const MeshView<S>& mesh, unsigned vertices, Scratch<Side>& sides) {
-  PositionNames<S> name(mesh, vertices);
+  Representatives<S> representative(mesh, vertices);
   std::size_t kept = 0;
-  bool any = false;
+  bool has_replaced = false;
   for (const Side& s : sides) {
-    const Side renamed = side(name.of(s.from), name.of(s.to), s.triangle);
-    any |= renamed.from != s.from || renamed.to != s.to;
-    if (renamed.from != renamed.to) sides[kept++] = renamed;
+    const Side merged = side(representative.of(s.from), representative.of(s.to), s.triangle);
+    has_replaced |= merged.from != s.from || merged.to != s.to;
+    if (merged.from != merged.to) sides[kept++] = merged;
   }
   sides.resize(kept);
-  return any;
+  return has_replaced;
 }
 
 }  // namespace
@@ -190,7 +197,7 @@ template <typename S>
 Scratch<Link> sharedEdges(const MeshView<S>& mesh, unsigned count) {
   Scratch<Side> sides;
   sides.reserve(3 * static_cast<std::size_t>(count));
-  unsigned vertices = 0;
+  unsigned vertices = 0;  // exceeds all vertex indices
   for (unsigned t = 0; t < count; ++t) {
     const VertexIndices corners = mesh.verticesOf(t);
     for (std::size_t k = 0; k < 3; ++k) {

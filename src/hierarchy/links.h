@@ -9,8 +9,8 @@
 
 namespace adaptive_bvh {
 
-/// A pair of groups of triangles that share mesh edges with a total length of `weight`. first <
-/// second.
+/// A pair of groups of triangles, first < second. `weight` is the total length of the mesh edges
+/// that they share; for proximityLinks it measures nearness.
 struct Link {
   unsigned first, second;
   double weight;
@@ -38,7 +38,7 @@ class GroupGraph {
   const Neighbour* end(unsigned group) const { return &neighbours_[start_[group + 1]]; }
 
  private:
-  Scratch<unsigned> start_;
+  Scratch<unsigned> start_;        // of each group's list in neighbours_; then the end of the last
   Scratch<Neighbour> neighbours_;  // one element more, so that `end` may point to it
 };
 

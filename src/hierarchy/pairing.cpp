@@ -12,8 +12,7 @@ void pairUp(Mates& mate, unsigned a, unsigned b) {
   mate[b] = a;
 }
 
-// ---- the walk -----------------------------------------------------------------------------------
-
+/// Step 1 of pairGroups.
 class Walk {
  public:
   Walk(const GroupGraph& graph, Mates& mate) : graph_(graph), mate_(mate), next_(graph.size()) {
@@ -21,8 +20,8 @@ class Walk {
     path_.reserve(16);
   }
 
-  /// Pairs `start` if it has an unpaired neighbour, and all groups on the walk's path.
-  void from(unsigned start) {
+  /// Walks from a group: pairs it if it has an unpaired neighbour, and all groups on the path.
+  void walkFrom(unsigned start) {
     path_.assign(1, start);
     while (!path_.empty()) {
       const unsigned g = path_.back();
@@ -31,7 +30,7 @@ class Walk {
         path_.pop_back();
         continue;
       }
-      // Weights increase along the path, so it has no cycles.
+      // Does the neighbour prefer another group? Weights increase along the path: it has no cycles.
       if (bestFree(best->group)->weight > best->weight)
         path_.push_back(best->group);
       else
@@ -39,14 +38,15 @@ class Walk {
     }
   }
 
+  /// Pairs a group, if it is unpaired, with its best unpaired neighbour.
   void takeBest(unsigned g) {
     if (mate_[g] != kNone) return;
     if (const GroupGraph::Neighbour* best = bestFree(g)) pairUp(mate_, g, best->group);
   }
 
  private:
-  /// The best unpaired neighbour. No group becomes unpaired during the walk, so each list is
-  /// scanned once.
+  /// The best unpaired neighbour, or null. No group becomes unpaired during the walk, so each list
+  /// of neighbours is scanned once.
   const GroupGraph::Neighbour* bestFree(unsigned g) {
     const GroupGraph::Neighbour*& next = next_[g];
     while (next != graph_.end(g) && mate_[next->group] != kNone) ++next;
@@ -55,39 +55,40 @@ class Walk {
 
   const GroupGraph& graph_;
   Mates& mate_;
-  Scratch<const GroupGraph::Neighbour*> next_;
+  Scratch<const GroupGraph::Neighbour*> next_;  // by group: earlier neighbours are paired
   Scratch<unsigned> path_;
 };
 
-// ---- the search ---------------------------------------------------------------------------------
-
-/// One round of the search grows alternating trees from all unpaired groups at once. A tree goes
-/// from a group to a neighbour and on to that neighbour's mate. Groups at even distance ("outer")
-/// can be freed for another partner by exchanging the mates along the path to the root. Where outer
-/// groups of two trees are neighbours, both trees do this exchange, and leave the round.
+/// Step 2 of pairGroups: augmenting paths, as in matching algorithms. One round of the search grows
+/// alternating trees from all unpaired groups at once. A tree goes from a group to a neighbour
+/// ("inner") and on to that neighbour's mate ("outer"). An outer group can be freed for another
+/// partner by exchanging the mates along the path to the root. Where outer groups of two trees are
+/// neighbours, both trees do this exchange, the two groups are paired, and both trees are done.
 class Search {
  public:
   Search(const GroupGraph& graph, Mates& mate)
       : graph_(graph), mate_(mate), root_(graph.size()), from_(graph.size()) {}
 
-  /// Removes newly paired groups from `isolated`. Returns whether there were any.
+  /// Runs one round from the unpaired groups `isolated`. Removes newly paired groups from this
+  /// list, and returns whether there were any.
   bool round(Scratch<unsigned>& isolated) {
     root_.assign(graph_.size(), kNone);
     done_.assign(graph_.size(), false);
     queue_ = isolated;
     for (unsigned g : isolated) root_[g] = g;
-    searching_ = isolated.size();
-    for (std::size_t head = 0; head < queue_.size() && searching_ > 1; ++head) expand(queue_[head]);
+    growing_ = isolated.size();
+    for (std::size_t head = 0; head < queue_.size() && growing_ > 1; ++head) expand(queue_[head]);
 
-    Scratch<unsigned> left;
+    Scratch<unsigned> unpaired;
     for (unsigned g : isolated)
-      if (mate_[g] == kNone) left.push_back(g);
-    const bool progress = left.size() < isolated.size();
-    isolated.swap(left);
+      if (mate_[g] == kNone) unpaired.push_back(g);
+    const bool progress = unpaired.size() < isolated.size();
+    isolated.swap(unpaired);
     return progress;
   }
 
  private:
+  /// Visits the neighbours of an outer group, unless its tree is done.
   void expand(unsigned outer) {
     for (auto n = graph_.begin(outer); n != graph_.end(outer) && !done_[root_[outer]]; ++n) {
       const unsigned other = n->group;
@@ -95,13 +96,14 @@ class Search {
         grow(outer, other);
       } else if (isOuter(other) && root_[other] != root_[outer] && !done_[root_[other]]) {
         done_[root_[outer]] = done_[root_[other]] = true;
-        searching_ -= 2;
+        growing_ -= 2;
         exchange(outer, other);
         exchange(other, outer);
       }
     }
   }
 
+  /// Adds an inner group and its mate, an outer group, to the tree of `outer`.
   void grow(unsigned outer, unsigned inner) {
     const unsigned mate = mate_[inner];
     root_[inner] = root_[mate] = root_[outer];
@@ -110,6 +112,7 @@ class Search {
     queue_.push_back(mate);
   }
 
+  /// Whether a group that is in a tree is outer: the mate of an inner group, or an unpaired root.
   bool isOuter(unsigned g) const { return mate_[g] == kNone || from_[g] == kNone; }
 
   /// Pairs `outer` with `partner`. The former mate of `outer` is paired with the group from which
@@ -128,13 +131,14 @@ class Search {
 
   const GroupGraph& graph_;
   Mates& mate_;
-  Scratch<unsigned> root_;  // the isolated group whose tree a group is in
-  Scratch<unsigned> from_;  // for an inner group: the outer group that it was reached from
-  Scratch<bool> done_;      // by root
-  Scratch<unsigned> queue_;
-  std::size_t searching_ = 0;
+  Scratch<unsigned> root_;   // the isolated group whose tree a group is in
+  Scratch<unsigned> from_;   // for an inner group: the outer group that it was reached from
+  Scratch<bool> done_;       // by root: whether the root has been paired in this round
+  Scratch<unsigned> queue_;  // outer groups to expand, breadth first
+  std::size_t growing_ = 0;  // number of trees that are not done
 };
 
+/// At most 2 log2(groups) + 8 rounds.
 int roundLimit(unsigned groups) {
   int rounds = 8;
   for (; groups > 1; groups /= 2) rounds += 2;
@@ -147,7 +151,7 @@ Scratch<unsigned> pairGroups(const GroupGraph& graph, const Scratch<unsigned>& f
   Mates mate(graph.size(), kNone);
   Walk walk(graph, mate);
   for (unsigned g : favoured) walk.takeBest(g);
-  for (unsigned g = 0; g < graph.size(); ++g) walk.from(g);
+  for (unsigned g = 0; g < graph.size(); ++g) walk.walkFrom(g);
 
   Scratch<unsigned> isolated;
   isolated.reserve(16);

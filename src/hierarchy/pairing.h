@@ -7,8 +7,8 @@ namespace adaptive_bvh {
 /// The mate of an unpaired group.
 constexpr unsigned kNone = ~0u;
 
-/// One level of the bottom-up build (thesis appendix): `mate[g]` is the partner of group g, or
-/// kNone.
+/// Pairs the groups of one level of the bottom-up build (thesis appendix). Element g of the result
+/// is the partner ("mate") of group g, or kNone.
 ///
 /// 1. Walk: from a group to its best neighbour, from there to a better partner of that neighbour if
 ///    there is one, and so on. Two groups that prefer each other are paired, and the walk returns

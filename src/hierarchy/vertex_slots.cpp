@@ -26,13 +26,14 @@ class Numbering {
   bool isNumbered(unsigned v) const { return block_[v] != 0; }
 
  private:
-  Scratch<unsigned> block_,
-      number_;  // by vertex: the last block that contains it, and its number there
-  unsigned blocks_ = 0, count_ = 0;
+  // By vertex: the last block that contains it, or 0, and its number there.
+  Scratch<unsigned> block_, number_;
+  unsigned blocks_ = 0, count_ = 0;  // the present block, counted from 1; its number of vertices
 };
 
 }  // namespace
 
+/// Goes down the tree to the first subtrees that fit into a block, and appends a block for each.
 template <typename S>
 void VertexSlots::assign(const OrderedTree& tree, const MeshView<S>& mesh,
                          std::size_t num_vertices) {
@@ -42,10 +43,9 @@ void VertexSlots::assign(const OrderedTree& tree, const MeshView<S>& mesh,
   vertices_.clear();
   vertices_.reserve(num_vertices);  // a lower bound of the number of slots
   Numbering numbers(num_vertices);
+  // Whether the leaves of a subtree have at most kBlock vertices.
   const auto fits = [&](std::size_t first, std::size_t count) {
-    if (count > 2 * kBlock)
-      return false;  // avoids counting: that many triangles nearly always have more vertices than
-                     // kBlock
+    if (count > 2 * kBlock) return false;  // nearly always right, and saves counting
     numbers.beginBlock();
     for (std::size_t i = first; i < first + count; ++i)
       for (unsigned v : corners[i]) numbers(v);
@@ -74,7 +74,7 @@ void VertexSlots::assign(const OrderedTree& tree, const MeshView<S>& mesh,
       open.push_back(node.left);
     }
   }
-  end_ = static_cast<unsigned>(vertices_.size());
+  used_ = static_cast<unsigned>(vertices_.size());
   for (unsigned v = 0; v < static_cast<unsigned>(num_vertices); ++v)
     if (!numbers.isNumbered(v)) vertices_.push_back(v);
   vertices_.shrink_to_fit();

@@ -21,8 +21,8 @@ class VertexSlots {
  public:
   static constexpr int kBlock = 64;
 
-  /// The slots below a node: within a block, the slots first + i for each bit i set in `bits`; if
-  /// `bits` is 0, the range from `first` to `last`, excluding `last`.
+  /// The slots below a node. Of a node within a block: first + i for each bit i set in `bits`. Of a
+  /// larger node, for which `bits` is 0: the range from `first` to `last`, excluding `last`.
   struct Set {
     unsigned first, last;
     std::uint64_t bits;
@@ -34,14 +34,15 @@ class VertexSlots {
   std::size_t leaves() const { return leaves_.size(); }
   std::size_t size() const { return vertices_.size(); }
   /// The number of slots whose vertex belongs to a triangle; these slots come first.
-  std::size_t used() const { return end_; }
+  std::size_t used() const { return used_; }
   /// The vertex of each slot.
   const std::vector<unsigned>& vertices() const { return vertices_; }
 
   /// The slots of each leaf.
   const LeafSlots* leafSlots() const { return leaves_.data(); }
-  /// The first slot of a leaf's block.
-  unsigned block(std::size_t leaf) const { return leaves_[leaf].block; }
+  /// The first slot of the block that contains a leaf's vertices.
+  unsigned blockStart(std::size_t leaf) const { return leaves_[leaf].block; }
+  /// The slots, and the vertices, of a leaf's triangle.
   VertexIndices slotsOf(std::size_t leaf) const {
     const LeafSlots& l = leaves_[leaf];
     return {l.slot(0), l.slot(1), l.slot(2)};
@@ -63,7 +64,7 @@ class VertexSlots {
   Set below(std::size_t first, std::size_t count, std::uint64_t bits) const {
     const unsigned block = leaves_[first].block;
     if (bits != 0) return {block, 0, bits};
-    return {block, first + count < leaves() ? leaves_[first + count].block : end_, 0};
+    return {block, first + count < leaves() ? leaves_[first + count].block : used_, 0};
   }
 
   std::size_t bytes() const {
@@ -71,9 +72,9 @@ class VertexSlots {
   }
 
  private:
-  std::vector<LeafSlots> leaves_;
-  std::vector<unsigned> vertices_;
-  unsigned end_ = 0;  ///< end of the last block
+  std::vector<LeafSlots> leaves_;   ///< in the order of the tree's leaves
+  std::vector<unsigned> vertices_;  ///< by slot
+  unsigned used_ = 0;               ///< number of slots in blocks
 };
 
 }  // namespace adaptive_bvh

@@ -11,9 +11,9 @@
 namespace adaptive_bvh {
 
 /// The boundary of a surface as closed curves. It consists of the edges that triangles traverse
-/// more often in one direction than in the other. Each has that direction, and occurs as many
-/// times as the counts differ. At each vertex as many of these edges begin as end, so they form
-/// closed curves. A closed mesh has none; separate triangles contribute all their edges.
+/// more often in one direction than in the other. Each boundary edge has that direction, and occurs
+/// as many times as the two counts differ. At each vertex as many boundary edges begin as end, so
+/// they form closed curves. A closed mesh has none; separate triangles contribute all their edges.
 class BoundaryLoops {
  public:
   /// The edges may be in any order.
@@ -29,6 +29,7 @@ class BoundaryLoops {
   /// The vertices of all curves, one curve after the other. In each, the last vertex connects to
   /// the first.
   const std::vector<unsigned>& vertices() const { return vertices_; }
+  /// The number of curves.
   std::size_t size() const { return ends_.size(); }
   /// The index in vertices() at which a curve ends and the next one begins.
   std::size_t end(std::size_t curve) const { return ends_[curve]; }
@@ -43,24 +44,25 @@ class BoundaryLoops {
     friend bool operator<(const Edge& a, const Edge& b) { return a.from < b.from; }
   };
 
-  /// Each curve follows unused edges to a vertex where no unused edge begins. That is the curve's
-  /// first vertex, because as many edges begin as end at each vertex.
+  /// Follows unused edges from a vertex until it reaches a vertex where no unused edge begins. That
+  /// is the curve's first vertex, because as many edges begin as end at each vertex. Repeats this
+  /// until all edges are used.
   void trace(std::vector<Edge> edges) {
     if (!std::is_sorted(edges.begin(), edges.end())) std::stable_sort(edges.begin(), edges.end());
-    // At the index of a vertex's first edge: the vertex's next unused edge. If none is left, that
-    // is the first edge of the next vertex.
+    // The edges that begin at one vertex are contiguous. If edge i is the first of them, next[i] is
+    // the next unused one; if none is left, the first edge of the next vertex.
     std::vector<std::size_t> next(edges.size());
     std::iota(next.begin(), next.end(), std::size_t(0));
     vertices_.reserve(edges.size());
-    const auto isLeft = [&](std::size_t i) {
+    const auto hasUnused = [&](std::size_t i) {
       return next[i] < edges.size() && edges[next[i]].from == edges[i].from;
     };
     for (std::size_t first = 0; first < edges.size(); first = next[first])
-      while (isLeft(first)) {
-        for (std::size_t i = first; isLeft(i);) {
+      while (hasUnused(first)) {
+        for (std::size_t i = first; hasUnused(i);) {
           vertices_.push_back(edges[i].from);
-          const Edge after{edges[next[i]++].to, 0};
-          i = static_cast<std::size_t>(std::lower_bound(edges.begin(), edges.end(), after) -
+          const Edge at_end{edges[next[i]++].to, 0};
+          i = static_cast<std::size_t>(std::lower_bound(edges.begin(), edges.end(), at_end) -
                                        edges.begin());
         }
         ends_.push_back(vertices_.size());

@@ -13,6 +13,7 @@ class JoinedVertices {
   explicit JoinedVertices(std::size_t count) : parent_(count) {
     std::iota(parent_.begin(), parent_.end(), 0u);
   }
+  /// The representative of the set that contains v.
   unsigned rootOf(unsigned v) {
     while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
     return v;
@@ -34,12 +35,12 @@ void Components::assign(const MeshView<double>& mesh, std::size_t num_triangles,
     joined.join(v[1], v[0]);
     joined.join(v[2], v[0]);
   }
-  Scratch<char> is_known(num_vertices, 0);
+  Scratch<char> is_listed(num_vertices, 0);  // by the root of a component
   first_triangles_.clear();
   for (unsigned t = 0; t < count; ++t) {
-    char& is_root_known = is_known[joined.rootOf(mesh.verticesOf(t)[0])];
-    if (!is_root_known) first_triangles_.push_back(t);
-    is_root_known = 1;
+    char& is_component_listed = is_listed[joined.rootOf(mesh.verticesOf(t)[0])];
+    if (!is_component_listed) first_triangles_.push_back(t);
+    is_component_listed = 1;
   }
   first_triangles_.shrink_to_fit();
 }

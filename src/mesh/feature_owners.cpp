@@ -8,7 +8,7 @@ namespace {
 /// An edge of one triangle, stored at its vertex with the smaller index.
 struct HalfEdge {
   unsigned other;   ///< the other vertex, with the larger index
-  unsigned number;  ///< 3 t + k
+  unsigned number;  ///< 3 t + k for the edge of triangle t from corner k to the next
 
   friend bool operator<(const HalfEdge& a, const HalfEdge& b) {
     return a.other != b.other ? a.other < b.other : a.number < b.number;
@@ -27,15 +27,18 @@ void forEachHalfEdge(const MeshView<double>& mesh, unsigned triangles, Visit&& v
   }
 }
 
+/// Sets the bits of owned edges, by triangle, and finds the boundary edges. Groups the half-edges
+/// by their smaller vertex, and sorts each group by the larger one.
 void ownEdges(const MeshView<double>& mesh, unsigned triangles, std::size_t vertices,
               Scratch<std::uint8_t>& bits, std::vector<BoundaryEdge>& boundary) {
-  Scratch<unsigned> begin(vertices + 2, 0);  // offsets by vertex; offset by one during construction
+  Scratch<unsigned> begin(vertices + 2, 0);  // of each group; shifted by one during construction
   forEachHalfEdge(mesh, triangles, [&](unsigned a, unsigned, unsigned) { ++begin[a + 2]; });
   for (std::size_t i = 2; i < begin.size(); ++i) begin[i] += begin[i - 1];
   Scratch<HalfEdge> edges(begin.back());
   forEachHalfEdge(mesh, triangles, [&](unsigned a, unsigned b, unsigned number) {
     edges[begin[a + 1]++] = {b, number};
   });
+  // 1 if the half-edge begins at v, its smaller vertex, else -1.
   const auto direction = [&](unsigned v, unsigned number) {
     return mesh.verticesOf(number / 3)[number % 3] == v ? 1 : -1;
   };
@@ -44,7 +47,7 @@ void ownEdges(const MeshView<double>& mesh, unsigned triangles, std::size_t vert
     for (unsigned i = begin[v]; i < begin[v + 1];) {
       const unsigned other = edges[i].other;
       bits[edges[i].number / 3] |= static_cast<std::uint8_t>(8 << edges[i].number % 3);
-      int sum = 0;  // sum of the edge's directions, each +1 or -1
+      int sum = 0;  // of the directions of all half-edges between v and `other`
       for (; i < begin[v + 1] && edges[i].other == other; ++i) sum += direction(v, edges[i].number);
       if (sum > 0) boundary.push_back({v, other, sum});
       if (sum < 0) boundary.push_back({other, v, -sum});
@@ -52,6 +55,7 @@ void ownEdges(const MeshView<double>& mesh, unsigned triangles, std::size_t vert
   }
 }
 
+/// Sets the bits of owned vertices, by triangle.
 void ownVertices(const MeshView<double>& mesh, unsigned triangles, std::size_t vertices,
                  Scratch<std::uint8_t>& bits) {
   Scratch<std::uint8_t> has_owner(vertices, 0);
@@ -76,8 +80,7 @@ void FeatureOwners::assign(const MeshView<double>& mesh, std::size_t num_vertice
   ownEdges(mesh, triangles, num_vertices, bits, boundary);
   is_closed_ = boundary.empty();
   owners_.resize(triangles);
-  for (std::size_t place = 0; place < triangles; ++place)
-    owners_[place] = {primitives[place], bits[primitives[place]]};
+  for (std::size_t i = 0; i < triangles; ++i) owners_[i] = {primitives[i], bits[primitives[i]]};
 }
 
 }  // namespace adaptive_bvh

@@ -10,9 +10,10 @@ namespace adaptive_bvh {
 
 /// A triangle and the set of its vertices and edges that it owns.
 struct FeatureOwner {
-  unsigned triangle;  ///< index
+  unsigned triangle;  ///< index in the mesh
   unsigned bits;      ///< 0 to 2: owned corners; 3 to 5: owned edges, from corner k to the next
 
+  /// The owned vertices and edges, one bit each.
   unsigned vertices() const { return bits & 7; }
   unsigned edges() const { return bits >> 3; }
   bool ownsVertex(unsigned k) const { return bits >> k & 1; }
@@ -36,8 +37,8 @@ class FeatureOwners {
   void assign(const MeshView<double>& mesh, std::size_t num_vertices,
               const Scratch<unsigned>& primitives, std::vector<BoundaryEdge>& boundary);
 
-  /// The owner at a position in the order of the leaves.
-  const FeatureOwner& operator[](std::size_t place) const { return owners_[place]; }
+  /// The triangle at an index in the order of the leaves.
+  const FeatureOwner& operator[](std::size_t leaf_index) const { return owners_[leaf_index]; }
   const FeatureOwner* data() const { return owners_.data(); }
   std::size_t size() const { return owners_.size(); }
   /// Whether the mesh is closed: each edge is traversed equally often in both directions.
@@ -45,7 +46,7 @@ class FeatureOwners {
   std::size_t bytes() const { return owners_.capacity() * sizeof(FeatureOwner); }
 
  private:
-  std::vector<FeatureOwner> owners_;
+  std::vector<FeatureOwner> owners_;  ///< in the order of the leaves
   bool is_closed_ = false;
 };
 

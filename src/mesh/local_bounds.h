@@ -61,26 +61,27 @@ template <typename S>
 void copyBounds(const LocalBounds<double>& bounds, fcl::CollisionGeometry<S>& geometry) {
   setLocalBox(geometry, fcl::Vector3<S>(bounds.aabb_local.min_.template cast<S>()),
               fcl::Vector3<S>(bounds.aabb_local.max_.template cast<S>()));
-  const double off =
+  const double center_error =
       (geometry.aabb_center.template cast<double>() - bounds.aabb_center).stableNorm();
-  const double radius = bounds.aabb_radius + off;
+  const double radius = bounds.aabb_radius + center_error;
   geometry.aabb_radius = static_cast<S>(radius);
   if (geometry.aabb_radius < radius)
     geometry.aabb_radius = std::nextafter(geometry.aabb_radius, std::numeric_limits<S>::infinity());
 }
 
 /// Updates the local box of a geometry after some vertices have moved. If a vertex moves inward
-/// from a side of the box, finish() recomputes that side from all vertices.
+/// from a side of the box, finish() recomputes the box from all vertices.
 template <typename S>
 class BoxAfterSome {
  public:
+  /// Starts with the local box before the motion.
   explicit BoxAfterSome(const fcl::AABB<S>& local) : low_(local.min_), high_(local.max_) {}
 
   /// Records the motion of one vertex.
   void move(const fcl::Vector3<S>& from, const fcl::Vector3<S>& to) {
     for (int k = 0; k < 3; ++k) {
-      leaves_side_ = leaves_side_ || (from[k] == low_[k] && to[k] > from[k]) ||
-                     (from[k] == high_[k] && to[k] < from[k]);
+      moves_inward_ = moves_inward_ || (from[k] == low_[k] && to[k] > from[k]) ||
+                      (from[k] == high_[k] && to[k] < from[k]);
       low_[k] = std::min(low_[k], to[k]);
       high_[k] = std::max(high_[k], to[k]);
     }
@@ -94,7 +95,7 @@ class BoxAfterSome {
   template <typename Geometry>
   void finish(const fcl::Vector3<S>* vertices, std::size_t count, Geometry& geometry) const {
     fcl::Vector3<S> low = low_, high = high_;
-    if (leaves_side_) {
+    if (moves_inward_) {
       const LocalBox<S> all(vertices, count);
       low = all.low;
       high = all.high;
@@ -106,8 +107,8 @@ class BoxAfterSome {
   }
 
  private:
-  fcl::Vector3<S> low_, high_;
-  bool leaves_side_ = false;
+  fcl::Vector3<S> low_, high_;  ///< the old box, extended by the new positions
+  bool moves_inward_ = false;   ///< whether a vertex has moved inward from a side of the box
   S squared_ = 0;
 };
 

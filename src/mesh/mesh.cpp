@@ -12,6 +12,7 @@
 namespace adaptive_bvh {
 namespace {
 
+/// The key of a position in a hash table: its grid cell, or the position itself.
 template <typename S>
 using Key = std::array<S, 3>;
 
@@ -36,6 +37,8 @@ class KeyHash {
   }
 
  private:
+  /// number * point_ modulo the prime. As 2^61 is 1 modulo the prime, the high part of the product
+  /// is added to the low one.
   std::uint64_t timesPoint(std::uint64_t number) const {
     __extension__ typedef unsigned __int128 Wide;
     const Wide product = Wide(number) * point_;
@@ -48,26 +51,26 @@ class KeyHash {
   std::uint64_t point_ = 0;
 };
 
-/// A hash table of vertices by grid cell, or by exact position if the tolerance is 0.
+/// An open-addressing hash table of vertices by grid cell, or by position if the tolerance is 0.
 template <typename S>
 class KeptVertices {
  public:
-  KeptVertices(S tolerance, std::size_t most) : tolerance_(tolerance) {
+  KeptVertices(S tolerance, std::size_t most_vertices) : tolerance_(tolerance) {
     std::size_t slots = 1;
-    while (slots <= 2 * most) slots *= 2;
+    while (slots <= 2 * most_vertices) slots *= 2;
     slots_.assign(slots, kEmpty);
   }
 
-  /// Returns the first added vertex within the tolerance of p, or `otherwise` if there is none.
+  /// The smallest index of an added vertex within the tolerance of p, or `otherwise` if smaller.
   std::size_t find(const fcl::Vector3<S>& p, const std::vector<fcl::Vector3<S>>& vertices,
                    std::size_t otherwise) const {
-    const Key<S> centre = keyOf(p);
+    const Key<S> cell = keyOf(p);
     const int radius = tolerance_ == 0 ? 0 : 1;  // search radius in cells
     std::size_t first = otherwise;
     for (int x = -radius; x <= radius; ++x)
       for (int y = -radius; y <= radius; ++y)
         for (int z = -radius; z <= radius; ++z) {
-          std::size_t slot = slotOf({centre[0] + S(x), centre[1] + S(y), centre[2] + S(z)});
+          std::size_t slot = slotOf({cell[0] + S(x), cell[1] + S(y), cell[2] + S(z)});
           for (; slots_[slot] != kEmpty; slot = slotAfter(slot))
             if (isNear(vertices[slots_[slot]], p)) first = std::min(first, slots_[slot]);
         }
@@ -106,24 +109,24 @@ class KeptVertices {
   static constexpr std::size_t kEmpty = std::numeric_limits<std::size_t>::max();
   S tolerance_;
   KeyHash<S> hash_;
-  std::vector<std::size_t>
-      slots_;  ///< vertex indices or kEmpty; a power of two slots, at least half of them empty
+  std::vector<std::size_t> slots_;  ///< vertices or kEmpty; 2^n slots, at least half of them empty
 };
 
 }  // namespace
 
+/// Goes through the vertices in order, and moves those that are kept to the front of the array.
 template <typename S>
 void weldVertices(TriangleMesh<S>& mesh, S tolerance) {
   if (!(tolerance >= 0) || !std::isfinite(tolerance))
     throw std::invalid_argument("weldVertices: the tolerance must be finite, and not negative");
-  KeptVertices<S> seen(tolerance, mesh.vertices.size());
+  KeptVertices<S> kept_vertices(tolerance, mesh.vertices.size());
   std::vector<std::size_t> new_index(mesh.vertices.size());
-  std::size_t kept = 0;
+  std::size_t kept = 0;  // number of vertices kept
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     const fcl::Vector3<S> p = mesh.vertices[v];
-    new_index[v] = seen.find(p, mesh.vertices, kept);
+    new_index[v] = kept_vertices.find(p, mesh.vertices, kept);
     if (new_index[v] != kept) continue;
-    seen.add(p, kept);
+    kept_vertices.add(p, kept);
     mesh.vertices[kept++] = p;
   }
   mesh.vertices.resize(kept);

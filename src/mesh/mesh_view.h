@@ -60,6 +60,7 @@ struct MeshView {
   }
 };
 
+/// The primitives and positions of an FCL model.
 template <typename BV>
 MeshView<typename BV::S> viewOf(const fcl::BVHModel<BV>& model) {
   MeshView<typename BV::S> view;

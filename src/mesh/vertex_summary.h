@@ -23,31 +23,31 @@ bool usablePositions(const fcl::Vector3<S>* positions, std::size_t count) {
   return usable;
 }
 
-/// A group of kPoints points, loaded from an array as three packs: number i is component i % 3 of
-/// point i / 3.
+/// A group of kPoints points, loaded from an array as three packs: the i-th number of all packs is
+/// component i % 3 of point i / 3.
 template <typename S>
 struct PackedPoints {
   static constexpr std::size_t kPoints = packs::kSize<S>;
 
   static PackedPoints load(const fcl::Vector3<S>* from) {
     PackedPoints points;
-    __builtin_memcpy(points.of, from->data(), sizeof(points.of));
+    __builtin_memcpy(points.pack, from->data(), sizeof(points.pack));
     return points;
   }
-  void store(fcl::Vector3<S>* to) const { __builtin_memcpy(to->data(), of, sizeof(of)); }
+  void store(fcl::Vector3<S>* to) const { __builtin_memcpy(to->data(), pack, sizeof(pack)); }
   /// Repeats one point.
   static PackedPoints repeated(const fcl::Vector3<S>& point) {
     PackedPoints points;
     for (std::size_t i = 0; i < 3 * kPoints; ++i)
-      points.of[i / kPoints][i % kPoints] = point[i % 3];
+      points.pack[i / kPoints][i % kPoints] = point[i % 3];
     return points;
   }
   PackedPoints operator-(const PackedPoints& other) const {
-    return {{of[0] - other.of[0], of[1] - other.of[1], of[2] - other.of[2]}};
+    return {{pack[0] - other.pack[0], pack[1] - other.pack[1], pack[2] - other.pack[2]}};
   }
   /// The squared lengths of the points.
   Pack<S> squares() const {
-    const Pack<S> a = of[0] * of[0], b = of[1] * of[1], c = of[2] * of[2];
+    const Pack<S> a = pack[0] * pack[0], b = pack[1] * pack[1], c = pack[2] * pack[2];
     if constexpr (kPoints == 2)
       return Pack<S>{a[0], b[1]} + Pack<S>{a[1], c[0]} + Pack<S>{b[0], c[1]};
     else
@@ -55,7 +55,7 @@ struct PackedPoints {
              Pack<S>{a[2], b[1], c[0], c[3]};
   }
 
-  Pack<S> of[3];
+  Pack<S> pack[3];
 };
 
 /// Statistics of the positions and displacements of an update, gathered in one pass.
@@ -81,7 +81,7 @@ struct VertexSummary {
       high[k] = std::max(high[k], position[k]);
     }
   }
-  /// Adds a contiguous array of positions with their previous positions.
+  /// Adds positions, given with their previous positions, in contiguous arrays.
   void add(const Point* positions, const Point* before, std::size_t count) {
     using Packed = PackedPoints<S>;
     Packed lows = Packed::repeated(low), highs = Packed::repeated(high);
@@ -90,16 +90,16 @@ struct VertexSummary {
     for (; v + Packed::kPoints <= count; v += Packed::kPoints) {
       const Packed x = Packed::load(positions + v), d = x - Packed::load(before + v);
       squares = packs::upper<Pack<S>>(d.squares(), squares);  // ignores NaN
-      sums += packs::absolute<Pack<S>>(d.of[0]) + packs::absolute<Pack<S>>(d.of[1]) +
-              packs::absolute<Pack<S>>(d.of[2]);
+      sums += packs::absolute<Pack<S>>(d.pack[0]) + packs::absolute<Pack<S>>(d.pack[1]) +
+              packs::absolute<Pack<S>>(d.pack[2]);
       for (int k = 0; k < 3; ++k) {
-        lows.of[k] = packs::lower<Pack<S>>(x.of[k], lows.of[k]);
-        highs.of[k] = packs::upper<Pack<S>>(x.of[k], highs.of[k]);
+        lows.pack[k] = packs::lower<Pack<S>>(x.pack[k], lows.pack[k]);
+        highs.pack[k] = packs::upper<Pack<S>>(x.pack[k], highs.pack[k]);
       }
     }
     for (std::size_t i = 0; i < 3 * Packed::kPoints; ++i) {
-      const auto number = [&](const Packed& of) -> S {
-        return of.of[i / Packed::kPoints][i % Packed::kPoints];
+      const auto number = [&](const Packed& points) -> S {
+        return points.pack[i / Packed::kPoints][i % Packed::kPoints];
       };
       low[i % 3] = std::min(low[i % 3], number(lows));
       high[i % 3] = std::max(high[i % 3], number(highs));

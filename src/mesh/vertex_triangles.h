@@ -11,7 +11,7 @@ namespace adaptive_bvh {
 /// there once. Takes about 14 bytes for each triangle of a closed mesh.
 class VertexTriangles {
  public:
-  /// The triangles of one vertex.
+  /// The indices of the triangles at one vertex.
   struct Range {
     const unsigned *first, *last;
 
@@ -37,6 +37,7 @@ class VertexTriangles {
   }
 
  private:
+  /// Calls visit(vertex, triangle) for each different vertex of each triangle.
   template <typename Visit>
   static void forEachCorner(const MeshView<double>& mesh, std::size_t triangles,
                             const Visit& visit) {
@@ -48,6 +49,7 @@ class VertexTriangles {
     }
   }
 
+  /// The triangles of vertex v are triangles_[begin_[v]] to triangles_[begin_[v + 1] - 1].
   std::vector<unsigned> begin_, triangles_;
 };
 
@@ -57,14 +59,14 @@ struct EdgeUse {
   int forward = 0, back = 0;
 };
 
-/// Counts how often triangles traverse the edge between two different vertices. If `first` is not
-/// the first triangle with this edge, the count stops early, so that a vertex with many triangles
-/// takes linear time.
+/// Counts how often triangles traverse the edge between two different vertices; forward is `from`
+/// to `to`. `first` is a triangle with this edge. If it is not the first one, the count stops early
+/// and is incomplete, so that a vertex with many triangles takes linear time.
 inline EdgeUse useOfEdge(const MeshView<double>& mesh, const VertexTriangles& triangles,
                          unsigned from, unsigned to, unsigned first) {
   EdgeUse use{~0u};
-  const bool has_less = triangles[from].size() < triangles[to].size();
-  for (const unsigned t : triangles[has_less ? from : to]) {
+  const bool from_has_fewer = triangles[from].size() < triangles[to].size();
+  for (const unsigned t : triangles[from_has_fewer ? from : to]) {
     const VertexIndices v = mesh.verticesOf(t);
     for (std::size_t k = 0; k < 3; ++k) {
       const unsigned a = v[k], b = v[(k + 1) % 3];
@@ -92,8 +94,8 @@ void forEachOpenEdge(const MeshView<double>& mesh, unsigned num_triangles,
       if (from == to || is_repeated) continue;
       const EdgeUse use = useOfEdge(mesh, triangles, from, to, t);
       if (use.triangle != t || use.forward == use.back) continue;
-      const bool turns = use.back > use.forward;
-      if (!visit(turns ? to : from, turns ? from : to, use)) return;
+      const bool is_reversed = use.back > use.forward;
+      if (!visit(is_reversed ? to : from, is_reversed ? from : to, use)) return;
     }
   }
 }

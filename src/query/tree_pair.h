@@ -150,7 +150,7 @@ class TreePair {
     const BodyCoordinates of_smaller(axes, to_larger.R.transpose() * (common.origin - to_larger.T),
                                      common.scale);
     WideTree& anew = *aligned_.emplace();
-    anew.assignLinks(smaller.tree());
+    anew.assignTopology(smaller.tree());
     anew.refit(smaller.mesh.vertices.data(), of_smaller, TaskPool(smaller.mesh.query_threads));
     (is_first_smaller ? first_ : second_) = &anew;
     frame_ = RelativeFrame(*first_, *second_, to_first_);

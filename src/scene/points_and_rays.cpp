@@ -90,7 +90,7 @@ class SceneRay {
   /// The first t of the range at which the line crosses a shape's surface; infinite if none does.
   double crossing(const PlacedSolid& placed) const {
     const fcl::Matrix3d to_shape = placed.tf.linear().transpose();
-    const LineInterval found = placed.solid.along(
+    const LineInterval found = placed.solid.lineInside(
         {to_shape * (line_.origin - placed.tf.translation()), to_shape * line_.direction});
     if (found.isEmpty()) return kNone;
     for (const double end : {found.enter, found.leave})

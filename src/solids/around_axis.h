@@ -5,11 +5,12 @@
 
 #include "solids/solid.h"
 
-// Helpers that cylinders, cones and boxes share.
+// Helpers that cylinders, cones and boxes share. Their axis is the z axis.
 namespace adaptive_bvh {
 
-/// The surface point nearest to x of an axis-aligned box around the origin, in any number of
-/// dimensions. `distance` is negative inside; `outward` is the unit outward direction there.
+/// The surface point nearest to x of an axis-aligned box around the origin with the half sides
+/// `half`, in any number of dimensions. `distance` is negative inside; `outward` is the unit
+/// outward direction there, on an edge or a corner the mean of the adjacent ones.
 template <typename Point>
 struct BoxSurface {
   double distance;
@@ -20,16 +21,16 @@ struct BoxSurface {
     const auto side = [&](int k) { return x[k] < 0 ? -1. : 1.; };
     outward = Point::Zero();
     nearest = x;
-    int farthest;
-    distance = beyond.maxCoeff(&farthest);
+    int nearest_side;  // if x is inside: the axis of the nearest face
+    distance = beyond.maxCoeff(&nearest_side);
     if (distance > 0) {
       nearest = x.cwiseMin(half).cwiseMax(-half);
       outward = (x - nearest).stableNormalized();
       distance = (x - nearest).stableNorm();
     } else {
-      nearest[farthest] = side(farthest) * half[farthest];
+      nearest[nearest_side] = side(nearest_side) * half[nearest_side];
       for (int k = 0; k < x.size(); ++k)
-        if (k == farthest || (distance == 0 && beyond[k] == 0)) outward[k] = side(k);
+        if (k == nearest_side || (distance == 0 && beyond[k] == 0)) outward[k] = side(k);
       outward.normalize();
     }
   }
@@ -52,11 +53,11 @@ class AroundAxis {
 
  private:
   Profile profile_;
-  fcl::Vector3d away_ = fcl::Vector3d::UnitX();
+  fcl::Vector3d away_ = fcl::Vector3d::UnitX();  ///< horizontal unit vector from the axis to x
 };
 
 /// Distance of x from the z axis.
-inline double levelOf(const fcl::Vector3d& x) { return std::sqrt(x[0] * x[0] + x[1] * x[1]); }
+inline double axisDistance(const fcl::Vector3d& x) { return std::sqrt(x[0] * x[0] + x[1] * x[1]); }
 
 /// The point of a circle around the z axis that is farthest along a direction.
 inline fcl::Vector3d onCircle(const fcl::Vector3d& direction, double radius, double z) {
@@ -72,14 +73,14 @@ inline fcl::Vector3d onCircle(const fcl::Vector3d& direction, double radius, dou
 /// translation along cos(t) u + sin(t) w is
 ///   half c |sin t| + radius sqrt(1 - c^2 sin^2 t) + cos(t) u v + sin(t) w v.
 struct RimAndEdge {
-  double radius, half;
+  double radius, half;  ///< of the disk
 
   /// Tries the candidates for an edge that begins at v. Vertical edges have no such u; the
   /// directions of their corners suffice.
   template <typename Search>
   void tryDirections(const fcl::Vector3d& v, const fcl::Vector3d& edge, Search& shortest) const {
     constexpr double kUpright = 0x1p-40;
-    const double length = edge.norm(), across = levelOf(edge);
+    const double length = edge.norm(), across = axisDistance(edge);
     if (!(across > kUpright * length)) return;
     const fcl::Vector3d u = fcl::Vector3d(-edge[1], edge[0], 0) / across,
                         w = (edge / length).cross(u);
@@ -87,6 +88,8 @@ struct RimAndEdge {
     shortest.tryBoth(w);
     const double along_u = u.dot(v), along_w = w.dot(v);
     const double c = across / length, s = edge[2] / length;
+    // The shortest is on the side, u or -u, whose product with v is negative. `side`: sign of
+    // sin(t).
     const fcl::Vector3d from = along_u > 0 ? fcl::Vector3d(-u) : u;
     for (const double side : {-1., 1.}) {
       const double tangent = leastTangent(half * c + side * along_w, std::abs(along_u), c, s);
@@ -95,10 +98,10 @@ struct RimAndEdge {
   }
 
  private:
-  /// The tangent x > 0 of the angle that minimizes the length: where its derivative divided by the
-  /// cosine, g(x) = d + a x - radius c^2 x / sqrt(1 + s^2 x^2), s^2 + c^2 = 1, changes from
-  /// negative to positive. 0 if there is none. g is convex, so Newton's method approaches the root
-  /// from the right without passing it.
+  /// The tangent x > 0 of the angle t that minimizes the length: where the derivative of the length
+  /// divided by cos(t), g(x) = d + a x - radius c^2 x / sqrt(1 + s^2 x^2), s^2 + c^2 = 1, changes
+  /// from negative to positive. 0 if there is none. g is convex, so Newton's method approaches the
+  /// root from the right without passing it.
   double leastTangent(double d, double a, double c, double s) const {
     constexpr int kMostSteps = 60;
     const double k = radius * c * c, s2 = s * s;

@@ -32,7 +32,7 @@ TriangleGap BoxSolid::gap(const Triangle& triangle) const {
         x[j] = v * half_[j];
         return x;
       };
-      for (const double w : {-1., 1.}) {
+      for (const double w : {-1., 1.}) {  // the two triangles of the face
         const TriangleGap gap = gapOf(triangle, {corner(-1, -1), corner(1, 1), corner(w, -w)});
         if (gap.distance < nearest.distance) nearest = gap;
         if (nearest.distance <= 0) return nearest;
@@ -55,7 +55,7 @@ ShapeSurface BoxSolid::surface(const Vector& x) const {
   return {found.distance, found.nearest, found.outward};
 }
 
-LineInterval BoxSolid::along(const Line& line) const {
+LineInterval BoxSolid::lineInside(const Line& line) const {
   return lineInSlab(line, 0, half_[0]) & lineInSlab(line, 1, half_[1]) &
          lineInSlab(line, 2, half_[2]);
 }

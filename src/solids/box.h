@@ -16,7 +16,7 @@ class BoxSolid final : public Solid {
   TriangleGap gap(const TrianglePoints<double>& triangle) const override;
   Penetration penetration(const TrianglePoints<double>& triangle) const override;
   ShapeSurface surface(const fcl::Vector3d& x) const override;
-  LineInterval along(const Line& line) const override;
+  LineInterval lineInside(const Line& line) const override;
   void addPatches(std::vector<SurfacePatch>& patches) const override;
 
  private:

@@ -12,7 +12,7 @@ class ConeSolid final : public RoundSolid {
   fcl::Vector3d support(const fcl::Vector3d& direction) const override;
   Penetration penetration(const TrianglePoints<double>& triangle) const override;
   ShapeSurface surface(const fcl::Vector3d& x) const override;
-  LineInterval along(const Line& given) const override;
+  LineInterval lineInside(const Line& given) const override;
   void addPatches(std::vector<SurfacePatch>& to) const override;
 
  private:

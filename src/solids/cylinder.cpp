@@ -15,13 +15,14 @@ Vector CylinderSolid::support(const Vector& direction) const {
 }
 
 Penetration CylinderSolid::penetration(const Triangle& triangle) const {
-  ShortestTranslation shortest(
-      triangle, [this](const Vector& m) { return half_ * std::abs(m[2]) + radius_ * levelOf(m); });
+  ShortestTranslation shortest(triangle, [this](const Vector& m) {
+    return half_ * std::abs(m[2]) + radius_ * axisDistance(m);
+  });
   shortest.tryBoth(Vector::UnitZ());
   shortest.tryFaceNormal();
   for (std::size_t k = 0; k < 3; ++k) {
     const Vector& v = triangle[k];
-    shortest.tryDirection({-v[0], -v[1], 0});
+    shortest.tryDirection({-v[0], -v[1], 0});  // past the corner, by the lateral surface
     RimAndEdge{radius_, half_}.tryDirections(v, triangle[(k + 1) % 3] - v, shortest);
   }
   shortest.tryDirection(Vector::UnitX());  // for a triangle on the axis
@@ -34,7 +35,7 @@ ShapeSurface CylinderSolid::surface(const Vector& x) const {
   return {found.distance, around(found.nearest), around(found.outward)};
 }
 
-LineInterval CylinderSolid::along(const Line& line) const {
+LineInterval CylinderSolid::lineInside(const Line& line) const {
   return fromNearest(line, [&](const Line& x) -> LineInterval {
     return lineInBall<Eigen::Vector2d>(x.origin.head<2>(), x.direction.head<2>(), radius_) &
            lineInSlab(x, 2, half_);

@@ -12,7 +12,7 @@ class CylinderSolid final : public RoundSolid {
   fcl::Vector3d support(const fcl::Vector3d& direction) const override;
   Penetration penetration(const TrianglePoints<double>& triangle) const override;
   ShapeSurface surface(const fcl::Vector3d& x) const override;
-  LineInterval along(const Line& line) const override;
+  LineInterval lineInside(const Line& line) const override;
   void addPatches(std::vector<SurfacePatch>& to) const override;
 
  private:

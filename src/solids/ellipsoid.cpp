@@ -12,10 +12,10 @@ using Vector = fcl::Vector3d;
 using Triangle = TrianglePoints<double>;
 
 /// A point and an axis-aligned ellipsoid in scaled numbers that stay accurate for all sizes and
-/// ratios of the radii.
+/// ratios of the radii. z and r are those of Eberly's text (ellipsoid.h).
 struct ScaledEllipsoid {
-  int shortest;             ///< index of the shortest axis
-  fcl::Vector3d z;          ///< absolute coordinates of the point, each divided by that radius
+  int shortest;     ///< index of the shortest axis
+  fcl::Vector3d z;  ///< absolute coordinates of the point, each divided by its axis's radius
   fcl::Vector3d r, excess;  ///< squared radii, divided by the shortest one's; the same minus 1
 
   ScaledEllipsoid(const fcl::Vector3d& x, const fcl::Vector3d& radii) {
@@ -70,8 +70,8 @@ class OtherSide {
       mirrored[shortest] = -mirrored[shortest];
       return mirrored;
     }
-    // The sum is convex. It exceeds 1 for w below z of the shortest axis, and decreases up to the
-    // root.
+    // The sum is convex. It exceeds 1 for w below z of the shortest axis, and decreases up to its
+    // minimum, `bottom`. The root is before that.
     const double bottom = bisect(0, least_excess, [&](double w) { return sum(w, 1) < 0; });
     if (!(sum(bottom, 0) <= 1)) return Vector::Zero();
     const double root =
@@ -93,7 +93,7 @@ class OtherSide {
     }
     return sum;
   }
-  /// Bisects for the boundary in [low, high] up to which `holds` is true.
+  /// Bisects [low, high] for the number up to which `holds` is true.
   template <typename Holds>
   static double bisect(double low, double high, const Holds& holds) {
     for (;;) {
@@ -107,7 +107,7 @@ class OtherSide {
   const ScaledEllipsoid scaled_;
 };
 
-/// Tries all locally shortest translations that take a point v out of an ellipsoid.
+/// Tries all locally shortest translations of an ellipsoid that take a point v out of it.
 template <typename Try>
 void visitTranslationsOut(const Vector& v, const Vector& radii, const Try& tryDirection) {
   const Vector x = -v;
@@ -115,8 +115,8 @@ void visitTranslationsOut(const Vector& v, const Vector& radii, const Try& tryDi
   tryDirection(OtherSide(x, radii).outward());
 }
 
-/// Tries the locally shortest translations perpendicular to an edge: in the plane perpendicular to
-/// the edge, the ellipsoid's shadow is an ellipse.
+/// Tries the locally shortest translations perpendicular to an edge that begins at v: in the plane
+/// perpendicular to the edge, the ellipsoid's shadow is an ellipse, and the edge is a point.
 template <typename Try>
 void visitTranslationsAcross(const Vector& v, const Vector& edge, const Vector& radii,
                              const Try& tryDirection) {
@@ -131,6 +131,7 @@ void visitTranslationsAcross(const Vector& v, const Vector& edge, const Vector& 
                minor = std::cos(angle) * w - std::sin(angle) * u;
   const double longer = radii.cwiseProduct(major).norm(),
                shorter = radii.cwiseProduct(minor).norm();
+  // As an ellipsoid with any third radius; the point is in the plane of the other two.
   visitTranslationsOut({major.dot(v), minor.dot(v), 0}, {longer, shorter, longer},
                        [&](const Vector& m) { tryDirection(m[0] * major + m[1] * minor); });
 }
@@ -177,7 +178,7 @@ Penetration EllipsoidSolid::penetration(const Triangle& triangle) const {
   return shortest.penetration();
 }
 
-LineInterval EllipsoidSolid::along(const Line& line) const {
+LineInterval EllipsoidSolid::lineInside(const Line& line) const {
   return lineInBall<Vector>(line.origin.cwiseQuotient(radii_), line.direction.cwiseQuotient(radii_),
                             1);
 }

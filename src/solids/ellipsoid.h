@@ -14,7 +14,7 @@ class EllipsoidSolid final : public RoundSolid {
   /// By D. Eberly's equation ("Distance from a Point to an Ellipse, an Ellipsoid, or a
   /// Hyperellipsoid"), which is accurate for all shapes and points.
   ShapeSurface surface(const fcl::Vector3d& x) const override;
-  LineInterval along(const Line& line) const override;
+  LineInterval lineInside(const Line& line) const override;
   void addPatches(std::vector<SurfacePatch>& patches) const override;
   /// The least radius of curvature (Blaschke's rolling theorem).
   double rollingRadius() const override {

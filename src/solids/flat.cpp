@@ -17,31 +17,32 @@ ShapeCore FlatSolid::core() const {
 }
 
 FlatSolid::Extremes FlatSolid::extremes(const Triangle& triangle) const {
-  Extremes of = {0, 0, std::numeric_limits<double>::infinity(), 0};
-  of.high = -of.low;
+  Extremes found = {0, 0, std::numeric_limits<double>::infinity(), 0};
+  found.high = -found.low;
   for (std::size_t k = 0; k < 3; ++k) {
     const double height = n_.dot(triangle[k]) - d_;
-    if (height < of.low) of.low = height, of.lowest = k;
-    if (height > of.high) of.high = height, of.highest = k;
+    if (height < found.low) found.low = height, found.lowest = k;
+    if (height > found.high) found.high = height, found.highest = k;
   }
-  return of;
+  return found;
 }
 
 TriangleGap FlatSolid::gap(const Triangle& triangle) const {
-  const Extremes of = extremes(triangle);
-  const Vector &lowest = triangle[of.lowest], &highest = triangle[of.highest];
-  if (of.low > 0) return {{lowest, lowest - of.low * n_}, of.low};
-  if (!is_solid_ && of.high < 0) return {{highest, highest - of.high * n_}, -of.high};
+  const Extremes found = extremes(triangle);
+  const double low = found.low, high = found.high;
+  const Vector &lowest = triangle[found.lowest], &highest = triangle[found.highest];
+  if (low > 0) return {{lowest, lowest - low * n_}, low};
+  if (!is_solid_ && high < 0) return {{highest, highest - high * n_}, -high};
   Vector common = lowest;
-  if (!is_solid_ && of.high > of.low) common += (highest - common) * (of.low / (of.low - of.high));
+  if (!is_solid_ && high > low) common += (highest - common) * (low / (low - high));
   return {{common, common}, 0};
 }
 
 Penetration FlatSolid::penetration(const Triangle& triangle) const {
-  const Extremes of = extremes(triangle);
+  const Extremes found = extremes(triangle);
   // The half-space moves down until it is below the triangle; a plane may also move up above it.
-  const bool is_down = is_solid_ || -of.low <= of.high;
-  return {is_down ? Vector(-n_) : n_, std::max(is_down ? -of.low : of.high, 0.), 0};
+  const bool is_down = is_solid_ || -found.low <= found.high;
+  return {is_down ? Vector(-n_) : n_, std::max(is_down ? -found.low : found.high, 0.), 0};
 }
 
 ShapeSurface FlatSolid::surface(const Vector& x) const {
@@ -51,7 +52,7 @@ ShapeSurface FlatSolid::surface(const Vector& x) const {
   return {-height, nearest, -n_};
 }
 
-LineInterval FlatSolid::along(const Line& line) const {
+LineInterval FlatSolid::lineInside(const Line& line) const {
   const double height = n_.dot(line.origin) - d_, rise = n_.dot(line.direction);
   if (is_solid_) return LineInterval::whereNotPositive(height, rise);
   if (rise == 0) return {};

@@ -13,7 +13,7 @@ class FlatSolid final : public Solid {
   FlatSolid(const fcl::Vector3d& n, double d, bool is_solid)
       : n_(n / n.norm()), d_(d / n.norm()), is_solid_(is_solid) {}
 
-  /// Infinitely far along the direction.
+  /// A point at infinity along the direction.
   fcl::Vector3d support(const fcl::Vector3d& direction) const override {
     return direction * std::numeric_limits<double>::infinity();
   }
@@ -25,7 +25,7 @@ class FlatSolid final : public Solid {
   ShapeSurface surface(const fcl::Vector3d& x) const override;
   /// A line parallel to a half-space's plane is inside entirely or not at all; a line parallel to a
   /// plane does not intersect it.
-  LineInterval along(const Line& line) const override;
+  LineInterval lineInside(const Line& line) const override;
   void addPatches(std::vector<SurfacePatch>& patches) const override;
   const FlatSolid* flat() const override { return this; }
 
@@ -34,7 +34,7 @@ class FlatSolid final : public Solid {
   bool isSolid() const { return is_solid_; }
 
  private:
-  /// The lowest and the highest corner above the plane n x = d, and their heights.
+  /// The corners that are lowest and highest above the plane n x = d, and their heights.
   struct Extremes {
     std::size_t lowest, highest;
     double low, high;
@@ -43,7 +43,7 @@ class FlatSolid final : public Solid {
 
   const fcl::Vector3d n_;
   const double d_;
-  const bool is_solid_;
+  const bool is_solid_;  ///< a half-space, not a plane
 };
 
 }  // namespace adaptive_bvh

@@ -15,9 +15,9 @@ using Vector = fcl::Vector3d;
 using Triangle = TrianglePoints<double>;
 
 /// The unit direction from the nearest point of a convex set to x. The nearest point has an error
-/// of 2^-44 of the size, so for a near x the direction is inaccurate. It is then recomputed from
-/// farther out, with a distance a thousand times larger each time. Below 2^-40 of the size, x
-/// counts as inside.
+/// of 2^-44 of the size, so for a near x the direction is inaccurate. It is then recomputed for
+/// points farther out in that direction, with a distance a thousand times larger each time. At a
+/// distance below 2^-40 of the size, x counts as inside.
 Vector outwardOf(const Vector& x, const Vector& nearest, double distance, const ConvexSet& set) {
   constexpr double kTouching = 0x1p-40, kFar = 1e-4, kFarther = 1e3;
   Vector outward = (x - nearest).stableNormalized();
@@ -33,14 +33,15 @@ Vector outwardOf(const Vector& x, const Vector& nearest, double distance, const 
   return outward;
 }
 
-/// The first t >= begin at which the line is in a set, or infinity. A separating plane between a
-/// point of the line and the set shows how far the line can advance without entering.
+/// The first t >= begin at which the line is in a set, or infinity. Advances from point to point of
+/// the line: a plane that separates the present point from the set bounds the next step.
 double firstInSet(const Line& line, const ConvexSet& set, double begin) {
   constexpr int kMostSteps = 200;
   double t = begin;
   for (int step = 0; step < kMostSteps; ++step) {
     const Vector x = line.origin + t * line.direction;
     const ConvexGap gap = convexGap(TrianglePoints<double>{x, x, x}, set);
+    // The height of x above the support plane, and its decrease for each unit of t.
     const double height = gap.normal.dot(x - set.support(gap.normal)),
                  fall = -gap.normal.dot(line.direction);
     if (gap.distance <= 0 || !(height > 0)) break;
@@ -80,7 +81,8 @@ ShapeSurface HullSolid::surface(const Vector& x) const {
   return {-shortest.depth, x - shortest.depth * shortest.normal, -shortest.normal};
 }
 
-LineInterval HullSolid::along(const Line& line) const {
+/// The search begins at the support planes across the line: before them the line is outside.
+LineInterval HullSolid::lineInside(const Line& line) const {
   const Vector &d = line.direction, low = support(-d), high = support(d);
   const double square = d.squaredNorm();
   const double begin = (low - line.origin).dot(d) / square,
@@ -122,8 +124,8 @@ FacedHull::FacedHull(const HullSolid& hull) : HullSolid(hull) {
   require(!planes_.empty());
 }
 
-/// Adds a face's plane. Its normal may point inward; the hull lies on one side, which determines
-/// the outward one.
+/// Adds the plane of a triangle of a face, moved out to the farthest point of the hull. The normal
+/// n may point inward; the hull lies on one side, which determines the outward one.
 void FacedHull::addPlane(const Vector& a, const Vector& b, const Vector& c) {
   const Vector n = (b - a).cross(c - a).stableNormalized();
   if (n.isZero(0)) return;

@@ -15,17 +15,17 @@ namespace adaptive_bvh {
 class HullSolid : public Solid {
  public:
   HullSolid(const Points& points, std::size_t count, const std::vector<int>& faces,
-            const fcl::Vector3d& inner)
-      : points_(points), count_(count), faces_(faces), inner_(inner) {}
+            const fcl::Vector3d& inner_point)
+      : points_(points), count_(count), faces_(faces), inner_point_(inner_point) {}
 
   fcl::Vector3d support(const fcl::Vector3d& direction) const override;
   TriangleGap gap(const TrianglePoints<double>& triangle) const override;
-  /// Outside the hull by convexGap, inside by penetrationOf.
+  /// Computed by convexGap for x outside the hull, by penetrationOf inside.
   ShapeSurface surface(const fcl::Vector3d& x) const override;
-  /// By planes through support points, up to the errors of convexGap.
-  LineInterval along(const Line& line) const override;
+  /// Computed by separating planes, up to the errors of convexGap.
+  LineInterval lineInside(const Line& line) const override;
   void addPatches(std::vector<SurfacePatch>& patches) const override;
-  fcl::Vector3d inner() const override { return inner_; }
+  fcl::Vector3d innerPoint() const override { return inner_point_; }
   const HullSolid* hull() const override { return this; }
   fcl::Vector3d point(int i) const { return points_[static_cast<std::size_t>(i)]; }
 
@@ -34,20 +34,20 @@ class HullSolid : public Solid {
   /// visit(nullptr, 0) for this face.
   template <typename Visit>
   void forEachFace(const Visit& visit) const {
-    for (std::size_t at = 0; at < faces_.size();) {
-      const auto count = static_cast<std::size_t>(std::max(faces_[at++], 0));
-      if (faces_.size() - at < count) return visit(nullptr, 0);
-      visit(&faces_[at], count);
-      at += count;
+    for (std::size_t next = 0; next < faces_.size();) {
+      const auto count = static_cast<std::size_t>(std::max(faces_[next++], 0));
+      if (faces_.size() - next < count) return visit(nullptr, 0);
+      visit(&faces_[next], count);
+      next += count;
     }
   }
   std::size_t count() const { return count_; }
 
  private:
   const Points points_;
-  const std::size_t count_;
+  const std::size_t count_;  ///< number of points
   const std::vector<int>& faces_;
-  const fcl::Vector3d inner_;
+  const fcl::Vector3d inner_point_;
 };
 
 /// A convex hull given by the planes of its faces.
@@ -56,11 +56,12 @@ class FacedHull final : public HullSolid {
   /// Throws std::invalid_argument if the faces do not enclose the hull.
   explicit FacedHull(const HullSolid& hull);
 
-  /// By the nearest plane: outside the hull, the distance may be too small, and the nearest point
-  /// is on the plane but possibly not on the hull.
+  /// Computed by the plane that x is farthest above or least below: outside the hull, the distance
+  /// may be too small, and the nearest point is on the plane but possibly not on the hull.
   ShapeSurface surface(const fcl::Vector3d& x) const override;
 
  private:
+  /// The plane n x = d; n is a unit vector that points outward.
   struct Plane {
     fcl::Vector3d n;
     double d;

@@ -39,16 +39,16 @@ struct LineInterval {
   }
 };
 
-/// The interval |from + t along| <= radius, in any number of dimensions. Computed relative to the
-/// line's point nearest to the centre, so that a far origin costs no accuracy.
+/// The interval with |origin + t direction| <= radius, in any number of dimensions. Computed
+/// relative to the line's point nearest to the centre, so that a far origin costs no accuracy.
 template <typename Point>
-LineInterval lineInBall(const Point& from, const Point& along, double radius) {
-  const double square = along.squaredNorm();
-  if (!(square > 0)) return from.norm() <= radius ? LineInterval::all() : LineInterval();
-  const double middle = -from.dot(along) / square;
-  const double off = (from + middle * along).norm();
-  if (!(off <= radius)) return {};
-  const double half = std::sqrt((radius - off) * (radius + off) / square);
+LineInterval lineInBall(const Point& origin, const Point& direction, double radius) {
+  const double square = direction.squaredNorm();
+  if (!(square > 0)) return origin.norm() <= radius ? LineInterval::all() : LineInterval();
+  const double middle = -origin.dot(direction) / square;
+  const double distance = (origin + middle * direction).norm();  // of the line from the centre
+  if (!(distance <= radius)) return {};
+  const double half = std::sqrt((radius - distance) * (radius + distance) / square);
   return {middle - half, middle + half};
 }
 

@@ -6,7 +6,7 @@
 
 namespace adaptive_bvh {
 
-/// Adds patches that cover parts of a surface of revolution around the z axis.
+/// Adds patches that cover parts of a shape's surface, for Solid::addPatches.
 class PatchList {
  public:
   using Vector = fcl::Vector3d;
@@ -26,7 +26,7 @@ class PatchList {
       addTriangle(a, c, middle - u + v);
     }
   }
-  /// Adds the half of an ellipsoid above or below its centre.
+  /// Adds the half of an ellipsoid above its centre, or below it if `sign` is -1.
   void addHalf(const Vector& center, const Vector& radii, double sign) const {
     const Vector x = Vector::UnitX(), y = Vector::UnitY();
     const Vector around[5] = {x, y, -x, -y, x};
@@ -47,6 +47,7 @@ class PatchList {
       patches_.push_back({chart, c, b, d});
     }
   }
+  /// Adds a disk around the z axis.
   void addDisk(double radius, double z) const {
     const SurfaceChart chart = SurfaceChart::disk(radius, z);
     const int parts = chart.patchesOfTurn();

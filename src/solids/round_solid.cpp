@@ -8,15 +8,16 @@ namespace adaptive_bvh {
 using Vector = fcl::Vector3d;
 using Triangle = TrianglePoints<double>;
 
-/// Along an edge e, the derivative of the distance is e n, where n is the outward direction of the
-/// surface at the point y nearest to x. The derivative increases. (n is not computed as x - y,
-/// except at tips and rims, because x - y is inaccurate near the surface.) The root is found by
-/// bisection and secants (the "Illinois" rule).
+/// The distance of the shape from a point x of the edge e is convex along e. Its derivative is e n,
+/// where n is the outward direction of the surface at the point y nearest to x; its root is found
+/// by bisection and secants (the "Illinois" rule). n is not computed as x - y, which is inaccurate
+/// near the surface, except at tips and rims, where Solid::surface returns a mean normal.
 bool RoundSolid::considerEdge(const Vector& from, const Vector& to, TriangleGap& best) const {
   constexpr int kMostSteps = 200;
   constexpr double kParallel = 0.999;
   const Vector edge = to - from;
   bool is_inside = false;
+  // The derivative at from + s e. Considers this point.
   const auto slopeAt = [&](double s) {
     const Vector x = s == 1 ? to : Vector(from + s * edge);
     const ShapeSurface at = surface(x);
@@ -27,7 +28,7 @@ bool RoundSolid::considerEdge(const Vector& from, const Vector& to, TriangleGap&
       best = {{x, at.nearest}, at.distance};
     }
     const Vector away = x - at.nearest;
-    const bool is_mean = away.dot(at.outward) < kParallel * at.distance;
+    const bool is_mean = away.dot(at.outward) < kParallel * at.distance;  // at a tip or a rim
     return is_mean ? edge.dot(away) / at.distance : edge.dot(at.outward);
   };
   double low = 0, high = 1, at_low = slopeAt(0), at_high = slopeAt(1);
@@ -50,7 +51,7 @@ bool RoundSolid::considerEdge(const Vector& from, const Vector& to, TriangleGap&
 bool RoundSolid::considerFace(const Triangle& triangle, TriangleGap& best) const {
   const Vector normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
   if (normal.isZero(0)) return true;
-  const Vector ends[2] = {support(-normal), support(normal)};
+  const Vector ends[2] = {support(-normal), support(normal)};  // the lowest and the highest point
   const double heights[2] = {normal.dot(ends[0] - triangle[0]), normal.dot(ends[1] - triangle[0])};
   if (heights[0] > 0 || heights[1] < 0) {
     const Vector& y = heights[0] > 0 ? ends[0] : ends[1];
@@ -59,8 +60,8 @@ bool RoundSolid::considerFace(const Triangle& triangle, TriangleGap& best) const
     if (distance < best.distance) best = {{x, y}, distance};
     return true;
   }
-  // The shape crosses the plane. If no edge intersects it, the crossing is either inside the
-  // triangle or beside it.
+  // The shape crosses the plane. As no edge intersects it, the whole crossing is either inside the
+  // triangle or beside it, so one common point decides.
   const double share = heights[1] > heights[0] ? -heights[0] / (heights[1] - heights[0]) : 0;
   const Vector common = ends[0] + share * (ends[1] - ends[0]), x = nearestPoint(triangle, common);
   const double size = (triangle[1] - triangle[0]).norm() + (ends[1] - ends[0]).norm() +

@@ -4,16 +4,17 @@
 
 namespace adaptive_bvh {
 
-/// A shape whose distance to a triangle is computed through `surface`.
+/// A shape whose distance to a triangle is computed through `surface` and `support`. The functions
+/// below keep the nearest points so far in `best`; its first point is on the triangle.
 class RoundSolid : public Solid {
  public:
   TriangleGap gap(const TrianglePoints<double>& triangle) const final;
 
  private:
-  /// Finds the point of an edge nearest to the shape; returns false if it is inside.
+  /// Considers the point of an edge nearest to the shape. Returns false if it is inside.
   bool considerEdge(const fcl::Vector3d& from, const fcl::Vector3d& to, TriangleGap& best) const;
-  /// Finds the nearest point of the shape to the triangle's interior; returns false if the two
-  /// intersect.
+  /// Considers the point of the shape nearest to the triangle's interior, if no edge intersects the
+  /// shape. Returns false if the interior does.
   bool considerFace(const TrianglePoints<double>& triangle, TriangleGap& best) const;
 };
 

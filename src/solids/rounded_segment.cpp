@@ -70,12 +70,12 @@ ShapeSurface RoundedSegment::surface(const Vector& x) const {
   return {length - radius_, core + radius_ * outward, outward};
 }
 
-LineInterval RoundedSegment::along(const Line& line) const {
+LineInterval RoundedSegment::lineInside(const Line& line) const {
   const Vector end(0, 0, half_);
   const LineInterval upper = lineInBall<Vector>(line.origin - end, line.direction, radius_);
   if (half_ == 0) return upper;
   return upper.joined(lineInBall<Vector>(line.origin + end, line.direction, radius_))
-      .joined(CylinderSolid(radius_, half_).along(line));
+      .joined(CylinderSolid(radius_, half_).lineInside(line));
 }
 
 void RoundedSegment::addPatches(std::vector<SurfacePatch>& to) const {

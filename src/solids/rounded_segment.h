@@ -18,7 +18,7 @@ class RoundedSegment final : public Solid {
   TriangleGap gap(const TrianglePoints<double>& triangle) const override;
   bool touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const override;
   ShapeSurface surface(const fcl::Vector3d& x) const override;
-  LineInterval along(const Line& line) const override;
+  LineInterval lineInside(const Line& line) const override;
   void addPatches(std::vector<SurfacePatch>& to) const override;
   double rollingRadius() const override { return radius_; }
   const RoundedSegment* roundedSegment() const override { return this; }
@@ -28,6 +28,7 @@ class RoundedSegment final : public Solid {
   fcl::Vector3d end() const { return {0, 0, half_}; }
 
  private:
+  /// The gap of the triangle and the segment.
   TriangleGap coreGap(const TrianglePoints<double>& triangle) const;
 
   const double radius_, half_;

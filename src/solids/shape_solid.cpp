@@ -28,11 +28,11 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The sizes of a shape, converted to double precision.
+/// An FCL shape, and functions that check its sizes and convert them to double precision.
 template <typename S>
 struct ShapeNumbers {
   const fcl::CollisionGeometry<S>& shape;
-  const char* name;
+  const char* name;  ///< for messages
 
   template <typename Shape>
   const Shape& as() const {
@@ -49,6 +49,7 @@ struct ShapeNumbers {
   }
 };
 
+/// A supported type of shape; `read` constructs its Solid.
 template <typename S>
 struct ShapeRow {
   fcl::NODE_TYPE type;
@@ -103,6 +104,7 @@ const ShapeRow<S> kShapeRows[] = {
        to.make<FlatSolid>(fcl::Vector3d(of.n.template cast<double>()), double(of.d), true);
      }}};
 
+/// The row of a type, or null.
 template <typename S>
 const ShapeRow<S>* rowOf(fcl::NODE_TYPE type) {
   const auto* const row =

@@ -44,7 +44,7 @@ class ShapeSolid {
   ShapeCore core_;
 };
 
-/// Whether ShapeSolid supports shapes of a type; and the name of the shape, or null.
+/// Whether ShapeSolid supports shapes of a type; and the name of the type, or null.
 bool isShape(fcl::NODE_TYPE type);
 const char* nameOfShape(fcl::NODE_TYPE type);
 

@@ -28,9 +28,9 @@ fcl::AABBd worldBoxOf(const PlacedSolid& placed) {
   Vector3d low = tf.translation(), high = low;
   if (solid.hull()) {
     for (int i = 0; i < 3; ++i) {
-      const Vector3d along = tf.linear().row(i);
-      low[i] += along.dot(solid.support(-along));
-      high[i] += along.dot(solid.support(along));
+      const Vector3d axis = tf.linear().row(i);  // a world axis in the shape's frame
+      low[i] += axis.dot(solid.support(-axis));
+      high[i] += axis.dot(solid.support(axis));
     }
     return fcl::AABBd(low, high);
   }

@@ -34,6 +34,7 @@ struct ShapeCore {
   fcl::Vector3d low, high;  ///< infinite if the shape is
   double radius = 0;
 
+  /// The core with a box around the origin, given by half its sides.
   static ShapeCore around(const fcl::Vector3d& half, double radius = 0) {
     ShapeCore core;
     core.low = -half;
@@ -71,14 +72,14 @@ class Solid : public ConvexSet {
   /// The surface point nearest to x.
   virtual ShapeSurface surface(const fcl::Vector3d& x) const = 0;
   /// The interval of a line inside the shape.
-  virtual LineInterval along(const Line& line) const = 0;
+  virtual LineInterval lineInside(const Line& line) const = 0;
   /// Adds patches that cover the surface; for a plane or a half-space, a square of it. Patches of
   /// one chart are contiguous; there are at most three charts.
   virtual void addPatches(std::vector<SurfacePatch>& patches) const = 0;
   /// A radius such that every surface point is on a ball of this radius inside the shape.
   virtual double rollingRadius() const { return 0; }
   /// A point inside a bounded shape.
-  virtual fcl::Vector3d inner() const { return fcl::Vector3d::Zero(); }
+  virtual fcl::Vector3d innerPoint() const { return fcl::Vector3d::Zero(); }
 
   /// Downcasts: the shape as one of these types, or null.
   virtual const RoundedSegment* roundedSegment() const { return nullptr; }

@@ -15,8 +15,8 @@ using Triangle = TrianglePoints<double>;
 /// A shape in the frame of another shape, through its support function.
 class PlacedSet final : public ConvexSet {
  public:
-  PlacedSet(const PlacedSolid& placed, const fcl::Transform3d& seen_from)
-      : solid_(placed.solid), to_frame_(seen_from, placed.tf) {}
+  PlacedSet(const PlacedSolid& placed, const fcl::Transform3d& frame)
+      : solid_(placed.solid), to_frame_(frame, placed.tf) {}
   Vector support(const Vector& direction) const override {
     return to_frame_(solid_.support(to_frame_.R.transpose() * direction));
   }
@@ -26,7 +26,8 @@ class PlacedSet final : public ConvexSet {
   const RelativePlacement to_frame_;
 };
 
-/// The pair of a sphere or capsule and another shape, in that shape's frame.
+/// The pair of a sphere or capsule and another shape, in that shape's frame. A capsule is a segment
+/// with a radius, and the segment is treated as a degenerate triangle; a sphere is a point.
 class SegmentPair {
  public:
   SegmentPair(const RoundedSegment& rounded, const fcl::Transform3d& tf, const PlacedSolid& other)
@@ -50,7 +51,7 @@ class SegmentPair {
     const TriangleGap gap = other_.solid.gap(segment_);
     if (gap.distance > radius_) return false;
     if (gap.distance > 0) {
-      const Vector normal = apartAlong(gap);
+      const Vector normal = separatingNormal(gap);
       contact = {gap.points.second, normal, depthAlong(normal, gap)};
     } else {
       other_.solid.touches(segment_, contact);
@@ -60,49 +61,52 @@ class SegmentPair {
   }
 
  private:
-  /// Uses `surface`, which measures from either side, because a plane has no inside.
+  /// `gap` and `touches` of a sphere, by `surface`, which measures from either side of a plane.
   TriangleGap gapOfBall() const {
     const Vector& x = segment_[0];
-    const ShapeSurface at = other_.solid.surface(x);
-    if (at.distance > radius_) return rounded({{x, at.nearest}, at.distance});
-    return touching(at.distance > 0 ? at.nearest : x);
+    const ShapeSurface found = other_.solid.surface(x);
+    if (found.distance > radius_) return rounded({{x, found.nearest}, found.distance});
+    return touching(found.distance > 0 ? found.nearest : x);
   }
   bool touchesBall(ShapeContact& contact) const {
     const Vector& x = segment_[0];
-    const ShapeSurface at = other_.solid.surface(x);
-    if (at.distance > radius_) return false;
-    contact = {at.distance > 0 ? at.nearest : x, -at.outward, radius_ - at.distance};
+    const ShapeSurface found = other_.solid.surface(x);
+    if (found.distance > radius_) return false;
+    contact = {found.distance > 0 ? found.nearest : x, -found.outward, radius_ - found.distance};
     return true;
   }
   /// The separating direction from the segment to the shape. The difference of near points is
   /// inaccurate; the normal of a separating plane is not.
-  Vector apartAlong(const TriangleGap& gap) const {
+  Vector separatingNormal(const TriangleGap& gap) const {
     const Vector between = gap.points.second - gap.points.first;
     if (const FlatSolid* const flat = other_.solid.flat())
       return between.dot(flat->normal()) < 0 ? Vector(-flat->normal()) : flat->normal();
     const Vector normal = -convexGap(segment_, other_.solid).normal;
     return normal.isZero(0) ? Vector(between.stableNormalized()) : normal;
   }
+  /// The depth of the capsule and the shape along a unit normal from the segment to the shape.
   double depthAlong(const Vector& normal, const TriangleGap& gap) const {
     if (other_.solid.flat()) return radius_ - gap.distance;
     const double end = std::max(normal.dot(segment_[0]), normal.dot(segment_[1]));
     return std::max(0., radius_ + end - normal.dot(other_.solid.support(-normal)));
   }
+  /// The gap of the capsule, given that of its segment.
   TriangleGap rounded(TriangleGap gap) const {
     gap.points.first += (gap.points.second - gap.points.first) * (radius_ / gap.distance);
     gap.distance -= radius_;
     return gap;
   }
+  /// The gap of shapes with the common point x.
   static TriangleGap touching(const Vector& x) { return {{x, x}, 0}; }
 
   const double radius_;
   const PlacedSolid& other_;
-  bool is_point_;
-  Triangle segment_;
+  bool is_point_;     ///< a sphere
+  Triangle segment_;  ///< in the frame of the other shape
 };
 
-/// The lowest and the highest point of a shape above a plane, in the plane's frame, as a degenerate
-/// triangle.
+/// The points of `other` that are lowest and highest above the plane of `flat`, in the frame of
+/// `flat`, as a degenerate triangle.
 Triangle extremesAbove(const PlacedSolid& flat, const PlacedSolid& other) {
   const PlacedSet set(other, flat.tf);
   const Vector& n = flat.solid.flat()->normal();
@@ -110,7 +114,7 @@ Triangle extremesAbove(const PlacedSolid& flat, const PlacedSolid& other) {
   return {lowest, highest, highest};
 }
 
-/// A pair of planes or half-spaces.
+/// A pair of planes or half-spaces, in the world. `parallel`: the largest sine of parallel normals.
 class FlatPair {
  public:
   FlatPair(const PlacedSolid& first, const PlacedSolid& second, double parallel)
@@ -126,13 +130,12 @@ class FlatPair {
   /// The distance by which the second must move along `n_`, or against it, to be apart: infinite if
   /// no distance suffices. If they are already apart, minus their gap.
   double depthUp() const {
-    const bool is_down =
-        b_.isSolid() && n_.dot(m_) > 0;  // the second extends downward without bound
-    return is_parallel_ && !is_down ? -height_ : kInfinity;
+    const bool is_endless_below = b_.isSolid() && n_.dot(m_) > 0;
+    return is_parallel_ && !is_endless_below ? -height_ : kInfinity;
   }
   double depthDown() const {
-    const bool is_up = b_.isSolid() && n_.dot(m_) < 0;
-    return is_parallel_ && !is_up && !a_.isSolid() ? height_ : kInfinity;
+    const bool is_endless_above = b_.isSolid() && n_.dot(m_) < 0;
+    return is_parallel_ && !is_endless_above && !a_.isSolid() ? height_ : kInfinity;
   }
   /// The penetration depth; negative if they are apart.
   double depth() const { return std::min(depthUp(), depthDown()); }
@@ -158,7 +161,8 @@ class FlatPair {
   }
 
   const FlatSolid &a_, &b_;
-  Vector n_, m_, on_first_, on_second_;
+  Vector n_, m_;                 ///< unit normals of the first and the second
+  Vector on_first_, on_second_;  ///< a reference point on each plane
   bool is_parallel_;
   double height_;  ///< height of the second's plane above the first's
 };
@@ -169,8 +173,8 @@ bool isSwapped(const PlacedSolid& first, const PlacedSolid& second) {
   return second.solid.roundedSegment() && !first.solid.roundedSegment();
 }
 
-// The functions below work in the frame of the second shape. The pair is already swapped; only the
-// second may be flat.
+// The results of the functions below are in the frame of the second shape. Only the second may be
+// flat, and if one of the two is a sphere or capsule, the first is (isSwapped).
 
 TriangleGap gapInFrame(const PlacedSolid& first, const PlacedSolid& second) {
   if (const RoundedSegment* segment = first.solid.roundedSegment())

@@ -252,7 +252,7 @@ void BodyFit<BV>::keepAxes(int node, const BV& bv) {
   if (count == 2) {
     const auto quad = quadOf(topology_.slots.slotsOf(first), topology_.slots.slotsOf(first + 1));
     for (std::size_t k = 0; k < 4; ++k)
-      kept.quad[k] = static_cast<std::uint8_t>(quad[k] - topology_.slots.block(first));
+      kept.quad[k] = static_cast<std::uint8_t>(quad[k] - topology_.slots.blockStart(first));
     if (kept.isQuad()) return;
   }
   FitGroup alone;

@@ -26,9 +26,9 @@ void stepMesh(DeformableMesh<S>& mesh, StepMemory& memory, const StepInput<S>& i
   takeStep<S>(held, mesh, input.indices, moved.data(), input.count, memory);
 }
 
-StepOf stepOf(StepKind kind, bool is_of_some) {
-  if (is_of_some) return StepOf::Some;
-  return kind == StepKind::TwoFrames ? StepOf::TwoFrames : StepOf::All;
+UpdateKind stepOf(StepKind kind, bool is_of_some) {
+  if (is_of_some) return UpdateKind::Some;
+  return kind == StepKind::TwoFrames ? UpdateKind::TwoFrames : UpdateKind::All;
 }
 
 /// Builds a new tree, like FCL does, for the positions of a step made by FCL's calls.

@@ -15,10 +15,9 @@ namespace {
 using Vector = fcl::Vector3d;
 using Triangle = TrianglePoints<double>;
 
-/// A point of the Minkowski difference, first minus second, and the two points that it is the
-/// difference of.
+/// A point of the Minkowski difference of two sets: value = on_first - on_second.
 struct Difference {
-  Vector at, on_first, on_second;
+  Vector value, on_first, on_second;
 };
 
 /// A triangle as a convex set with a non-virtual support function.
@@ -79,20 +78,21 @@ class DifferenceSet {
   const ConvexSet& second_;
 };
 
-/// A simplex of up to four points of a Minkowski difference, and its point nearest to the origin.
+/// A simplex of up to four points of a Minkowski difference, and its point nearest to the origin,
+/// which `reduce` finds.
 class Simplex {
  public:
   void add(const Difference& point) { corners_[count_++] = point; }
   bool has(const Difference& point) const {
     return std::any_of(corners_, corners_ + count_,
-                       [&](const Difference& corner) { return corner.at == point.at; });
+                       [&](const Difference& corner) { return corner.value == point.value; });
   }
 
-  /// Finds the point nearest to the origin and keeps only the corners of the feature that contains
-  /// it.
+  /// Finds the point nearest to the origin among all corners and the interiors of all edges and
+  /// faces. Keeps only the corners of the feature that contains this point.
   void reduce() {
-    least_ = std::numeric_limits<double>::infinity();
-    if (count_ == 4 && holdsOrigin()) return;
+    squared_norm_ = std::numeric_limits<double>::infinity();
+    if (count_ == 4 && findOriginInside()) return;
     for (std::size_t i = 0; i < count_; ++i) {
       consider({i}, {1});
       for (std::size_t j = 0; j < i; ++j) {
@@ -101,72 +101,79 @@ class Simplex {
       }
     }
     Difference kept[3];
-    for (std::size_t k = 0; k < best_.count; ++k) kept[k] = corners_[best_.corners[k]];
-    std::copy_n(kept, best_.count, corners_);
-    count_ = best_.count;
-    for (std::size_t k = 0; k < count_; ++k) best_.corners[k] = k;
+    for (std::size_t k = 0; k < nearest_.count; ++k) kept[k] = corners_[nearest_.corners[k]];
+    std::copy_n(kept, nearest_.count, corners_);
+    count_ = nearest_.count;
+    for (std::size_t k = 0; k < count_; ++k) nearest_.corners[k] = k;
   }
 
-  double squaredNorm() const { return least_; }
+  double squaredNorm() const { return squared_norm_; }
   template <typename Visit>
   void forEachCorner(const Visit& visit) const {
     std::for_each(corners_, corners_ + count_, visit);
   }
-  /// Calls visit(normal), of length 1 or 0, for the face, if the simplex is one, and for each face
-  /// spanned by `point` and an edge of the simplex. If the simplex is an edge, the normal is the
-  /// one that is most along `nearest`.
+  /// Calls visit(normal), of length 1 or 0, for the simplex, if it is a face; for each face spanned
+  /// by `point` and an edge of the simplex; and for each edge from `point` to a corner: there the
+  /// normal is the direction perpendicular to the edge that is closest to nearest().
   template <typename Visit>
   void forEachFaceWith(const Difference& point, const Visit& visit) const {
     const auto edge = [&](std::size_t i, const Difference& from) -> Vector {
-      return corners_[i].at - from.at;
+      return corners_[i].value - from.value;
     };
     if (count_ == 3) visit(edge(0, corners_[2]).cross(edge(1, corners_[2])).stableNormalized());
     for (std::size_t i = 0; i < count_; ++i) {
-      const feature_distance::Edge<double> along(edge(i, point));
-      visit(along.across(nearest()).stableNormalized());
+      const feature_distance::Edge<double> to_corner(edge(i, point));
+      visit(to_corner.across(nearest()).stableNormalized());
       for (std::size_t j = 0; j < i; ++j)
         visit(edge(i, point).cross(edge(j, point)).stableNormalized());
     }
   }
-  Vector nearest() const { return combine(&Difference::at); }
+  /// The point nearest to the origin, and the points of both sets that it is the difference of.
+  Vector nearest() const { return combine(&Difference::value); }
   PointPair<double> points() const {
     return {combine(&Difference::on_first), combine(&Difference::on_second)};
   }
 
  private:
+  /// A point of the simplex in barycentric coordinates: the weights of some of its corners.
   struct Combination {
     std::size_t count = 0, corners[4];
     double weights[4];
   };
 
+  /// Keeps a combination of corners if it is nearer to the origin than all before.
   template <std::size_t kCount>
   void consider(const std::size_t (&corners)[kCount], const double (&weights)[kCount]) {
-    Vector at = Vector::Zero();
-    for (std::size_t k = 0; k < kCount; ++k) at += weights[k] * corners_[corners[k]].at;
-    const double square = at.squaredNorm();
-    if (!(square < least_)) return;
-    least_ = square;
-    best_.count = kCount;
-    std::copy_n(corners, kCount, best_.corners);
-    std::copy_n(weights, kCount, best_.weights);
+    Vector x = Vector::Zero();
+    for (std::size_t k = 0; k < kCount; ++k) x += weights[k] * corners_[corners[k]].value;
+    const double square = x.squaredNorm();
+    if (!(square < squared_norm_)) return;
+    squared_norm_ = square;
+    nearest_.count = kCount;
+    std::copy_n(corners, kCount, nearest_.corners);
+    std::copy_n(weights, kCount, nearest_.weights);
   }
+  /// Considers the projection of the origin on an edge, if it is inside the edge.
   void considerEdge(std::size_t i, std::size_t j) {
-    const Vector& from = corners_[i].at;
-    const double t = feature_distance::Edge<double>(corners_[j].at - from).coordinate(-from);
+    const Vector& from = corners_[i].value;
+    const double t = feature_distance::Edge<double>(corners_[j].value - from).coordinate(-from);
     if (t > 0 && t < 1) consider({i, j}, {1 - t, t});
   }
-  /// Projects along the longest edge, like feature_distance.h.
+  /// Considers the projection of the origin on a face, if it is inside the face. Like
+  /// feature_distance.h, chooses the longest edge as the base.
   void considerFace(std::size_t i, std::size_t j, std::size_t k) {
     const auto square = [&](std::size_t a, std::size_t b) {
-      return (corners_[a].at - corners_[b].at).squaredNorm();
+      return (corners_[a].value - corners_[b].value).squaredNorm();
     };
-    if (square(j, k) > square(i, j) && square(j, k) >= square(i, k)) return considerAcross(j, k, i);
-    if (square(i, k) > square(i, j)) return considerAcross(i, k, j);
-    considerAcross(i, j, k);
+    if (square(j, k) > square(i, j) && square(j, k) >= square(i, k)) return considerFaceOn(j, k, i);
+    if (square(i, k) > square(i, j)) return considerFaceOn(i, k, j);
+    considerFaceOn(i, j, k);
   }
-  void considerAcross(std::size_t i, std::size_t j, std::size_t apex) {
-    const Vector &from = corners_[i].at, to_apex = corners_[apex].at - from;
-    const feature_distance::Edge<double> base(corners_[j].at - from);
+  /// The same for a face whose base is the edge from i to j. `share` and `along` are the weights of
+  /// the apex and of j.
+  void considerFaceOn(std::size_t i, std::size_t j, std::size_t apex) {
+    const Vector &from = corners_[i].value, to_apex = corners_[apex].value - from;
+    const feature_distance::Edge<double> base(corners_[j].value - from);
     const Vector height = base.across(to_apex);
     const double share =
         -base.across(from).dot(height) * feature_distance::inverse(height.squaredNorm());
@@ -174,59 +181,60 @@ class Simplex {
     if (share > 0 && along > 0 && share + along < 1)
       consider({i, j, apex}, {1 - share - along, along, share});
   }
-  /// Whether the tetrahedron contains the origin, by exact signs of volumes: in a nearly flat
-  /// tetrahedron the signs of rounded volumes would be arbitrary.
-  bool holdsOrigin() {
+  /// Whether the tetrahedron contains the origin; if so, the origin is the nearest point. Decided
+  /// by exact signs of volumes: in a nearly flat tetrahedron the signs of rounded volumes would be
+  /// arbitrary. The volume of the origin and the face opposite to corner k is this corner's weight.
+  bool findOriginInside() {
     double volumes[4], sum = 0;
     for (std::size_t k = 0; k < 4; ++k) {
-      const auto corner = [&](std::size_t i) -> const Vector& { return corners_[(k + i) % 4].at; };
-      volumes[k] =
-          (k % 2 ? -1 : 1) * orientation(corner(1), corner(2), corner(3), Vector(Vector::Zero()));
+      const auto x = [&](std::size_t i) -> const Vector& { return corners_[(k + i) % 4].value; };
+      volumes[k] = (k % 2 ? -1 : 1) * orientation(x(1), x(2), x(3), Vector(Vector::Zero()));
       sum += volumes[k];
     }
     for (const double volume : volumes)
       if (!((volume > 0 && sum > 0) || (volume < 0 && sum < 0))) return false;
-    best_.count = 4;
+    nearest_.count = 4;
     for (std::size_t k = 0; k < 4; ++k) {
-      best_.corners[k] = k;
-      best_.weights[k] = volumes[k] / sum;
+      nearest_.corners[k] = k;
+      nearest_.weights[k] = volumes[k] / sum;
     }
-    least_ = 0;
+    squared_norm_ = 0;
     return true;
   }
-  Vector combine(Vector Difference::*part) const {
+  Vector combine(Vector Difference::*member) const {
     Vector sum = Vector::Zero();
-    for (std::size_t k = 0; k < best_.count; ++k)
-      sum += best_.weights[k] * corners_[best_.corners[k]].*part;
+    for (std::size_t k = 0; k < nearest_.count; ++k)
+      sum += nearest_.weights[k] * corners_[nearest_.corners[k]].*member;
     return sum;
   }
 
   Difference corners_[4];
   std::size_t count_ = 0;
-  double least_ = std::numeric_limits<double>::infinity();
-  Combination best_;
+  double squared_norm_ = std::numeric_limits<double>::infinity();  ///< of the nearest point
+  Combination nearest_;
 };
 
-/// The separating plane of two convex sets with the widest gap so far.
+/// The separating plane of two convex sets with the widest gap so far. The gap is a lower bound of
+/// the distance; it is negative if no plane that was tried separates the sets.
 struct SeparatingPlane {
   Vector normal = Vector::Zero();  ///< unit vector from the second to the first
   double gap = -std::numeric_limits<double>::infinity();
 
-  /// Keeps the normal m, of length 1, if its gap is the widest so far. Returns the lowest point of
-  /// the difference along m.
+  /// Keeps the normal m, of length 1, if its gap is the widest so far. Returns the point of the
+  /// difference that is lowest along m.
   template <typename Differences>
   Difference tryNormal(const Vector& m, const Differences& differences) {
     const Difference lowest = differences.support(-m);
-    const double along = m.dot(lowest.at);
-    if (along > gap) normal = m, gap = along;
+    const double gap_along_m = m.dot(lowest.value);
+    if (gap_along_m > gap) normal = m, gap = gap_along_m;
     return lowest;
   }
 };
 
-/// Finishes a search in which rounding hides that a point beside the simplex would bring it nearer
-/// to the origin. That happens if the two sets have nearly parallel or nearly flat faces. There the
-/// normal of a plane through an edge of the simplex and the point is a better search direction than
-/// the nearest point, and all points found are considered, not only those of the simplex.
+/// Finishes a search (findGap) in which rounding hides that a support point beside the simplex
+/// would bring the simplex nearer to the origin. That happens if the two sets have nearly parallel
+/// or nearly flat faces. There the normal of a plane through an edge of the simplex and this point
+/// is a better search direction than the simplex's nearest point.
 template <typename Differences>
 class FlatSearch {
  public:
@@ -235,20 +243,23 @@ class FlatSearch {
     simplex.forEachCorner([&](const Difference& corner) { points_[count_++] = corner; });
   }
 
+  /// Improves the simplex and the plane, beginning with the point `beside`, until distance and gap
+  /// agree up to the error, or no direction leads to a new point. The next point is the one in the
+  /// direction with the widest gap, or else a new one.
   void run(Difference beside) {
     for (;;) {
       const bool is_new = !has(beside);
       if (is_new && count_ == kMostPoints) return;
       if (is_new) addPoint(beside);
-      const double before = plane_.gap, length = std::sqrt(simplex_.squaredNorm());
+      const double length = std::sqrt(simplex_.squaredNorm());
       Difference next = plane_.tryNormal(simplex_.nearest() / length, differences_);
-      double best = std::max(before, plane_.gap);
+      double widest = plane_.gap;
       simplex_.forEachFaceWith(beside, [&](const Vector& normal) {
         if (normal.isZero(0)) return;
-        const Vector outward = normal.dot(beside.at) < 0 ? Vector(-normal) : normal;
+        const Vector outward = normal.dot(beside.value) < 0 ? Vector(-normal) : normal;
         const Difference lowest = plane_.tryNormal(outward, differences_);
-        if (plane_.gap > best || (has(next) && !has(lowest))) next = lowest;
-        best = std::max(best, plane_.gap);
+        if (plane_.gap > widest || (has(next) && !has(lowest))) next = lowest;
+        widest = plane_.gap;
       });
       if (length - plane_.gap <= error_ || (!is_new && has(next))) return;
       beside = next;
@@ -260,8 +271,10 @@ class FlatSearch {
 
   bool has(const Difference& point) const {
     return std::any_of(points_, points_ + count_,
-                       [&](const Difference& other) { return other.at == point.at; });
+                       [&](const Difference& other) { return other.value == point.value; });
   }
+  /// Adds a point. Replaces the simplex by the edge or face of this point and one or two earlier
+  /// points that is nearest to the origin, if that is nearer.
   void addPoint(const Difference& point) {
     for (std::size_t i = 0; i < count_; ++i)
       for (std::size_t j = 0; j <= i; ++j) {
@@ -276,13 +289,14 @@ class FlatSearch {
   }
 
   const Differences& differences_;
-  const double error_;
+  const double error_;  ///< allowed difference of distance and gap
   Simplex& simplex_;
   SeparatingPlane& plane_;
-  Difference points_[kMostPoints];
+  Difference points_[kMostPoints];  ///< all points found, those of the first simplex included
   std::size_t count_ = 0;
 };
 
+/// The result of a search that ended with this simplex and this plane.
 ConvexGap gapOf(const Simplex& simplex, const SeparatingPlane& plane) {
   const double distance = std::sqrt(simplex.squaredNorm());
   if (!(plane.gap > 0)) return {simplex.points(), distance, distance, Vector::Zero()};
@@ -297,6 +311,9 @@ template <typename Differences>
   return gapOf(simplex, plane);
 }
 
+/// The algorithm of Gilbert, Johnson and Keerthi: adds the support point in the direction of the
+/// simplex's nearest point and reduces the simplex, until the distance of that point and the widest
+/// gap agree.
 template <typename Differences>
 ConvexGap findGap(const Differences& differences, const GapSearch& search) {
   constexpr double kTouching = 0x1p-46;
@@ -328,13 +345,16 @@ ConvexGap findGap(const Differences& differences, const GapSearch& search) {
   return gapOf(simplex, plane);
 }
 
-/// A polytope inside a Minkowski difference. It is expanded at the face nearest to the origin.
+/// A polytope inside a Minkowski difference. It is expanded at the face nearest to the origin. The
+/// distance of this face is a lower bound of the penetration depth; the extent of the difference
+/// along any direction is an upper bound.
 template <typename Differences>
 class ExpandingPolytope {
  public:
   explicit ExpandingPolytope(const Differences& differences)
       : differences_(differences), extent_(differences.extent()) {}
 
+  /// Expands the polytope until both bounds agree. Returns the direction of the smallest extent.
   Penetration find() {
     if (!start()) return best_;
     for (int step = 0; step < kMostSteps; ++step) {
@@ -352,14 +372,14 @@ class ExpandingPolytope {
   }
 
  private:
-  static constexpr double kError = 1e-10;
+  static constexpr double kError = 1e-10;  ///< relative to the extent of both sets
   static constexpr int kMostSteps = 300;
 
   using Edge = std::pair<std::size_t, std::size_t>;
   struct Face {
     std::size_t corners[3];
     Vector normal;  ///< outward
-    double offset;  ///< distance of its plane from the origin
+    double offset;  ///< the plane's signed distance from the origin along the normal
 
     Edge edge(std::size_t k) const { return {corners[k], corners[(k + 1) % 3]}; }
     bool has(const Edge& other) const {
@@ -370,7 +390,7 @@ class ExpandingPolytope {
   /// Returns the farthest point of the difference along a unit direction, and keeps the direction
   /// if its extent is the smallest so far: no shorter translation along it separates the two sets.
   Vector measure(const Vector& direction) {
-    const Vector top = differences_.support(direction).at;
+    const Vector top = differences_.support(direction).value;
     const double depth = direction.dot(top);
     if (depth < best_.depth) best_ = {direction, depth, depth};
     return top;
@@ -382,18 +402,18 @@ class ExpandingPolytope {
   void polish() {
     constexpr double kSmallest = 1e-8, kGolden = 0.618, kTurn = 2 * 3.14159265358979323846;
     constexpr int kDirections = 8, kMostRounds = 1000;
-    const double lower = best_.depth - best_.error;
+    const double lower_bound = best_.depth - best_.error;
     double step = 0.1;
     for (int round = 0; round < kMostRounds && step > kSmallest; ++round) {
       const Vector n = best_.normal, u = n.unitOrthogonal(), v = n.cross(u);
       const double before = best_.depth;
-      for (int k = 0; k < kDirections; ++k) {
+      for (int k = 0; k < kDirections; ++k) {  // rotated by another angle in each round
         const double angle = (k + round * kGolden) * kTurn / kDirections;
         measure((n + step * (std::cos(angle) * u + std::sin(angle) * v)).normalized());
       }
       step *= best_.depth < before ? 1.5 : 0.5;
     }
-    best_.error = best_.depth - lower;
+    best_.error = best_.depth - lower_bound;
   }
 
   /// Builds a tetrahedron of extreme points. Returns false if the difference is flat: then the two
@@ -402,26 +422,25 @@ class ExpandingPolytope {
     const Vector low = measure(-Vector::UnitX()), high = measure(Vector::UnitX());
     if (!((high - low).norm() > kError * extent_)) return false;
     const Vector along = (high - low).stableNormalized();
-    const Vector across = farther([&](const Vector& x) { return (x - low).cross(along).norm(); },
-                                  along.unitOrthogonal(), along);
+    const Vector across =
+        farthestAround(along, [&](const Vector& x) { return (x - low).cross(along).norm(); });
     const Vector normal = (high - low).cross(across - low).stableNormalized();
     const Vector up = measure(normal), down = measure(-normal);
     const Vector top =
         std::fabs(normal.dot(up - low)) > std::fabs(normal.dot(down - low)) ? up : down;
     corners_ = {low, high, across, top};
     if (!(std::fabs(normal.dot(top - low)) > kError * extent_)) return false;
-    const bool is_below = normal.dot(top - low) < 0;
-    if (is_below) std::swap(corners_[0], corners_[1]);
+    if (normal.dot(top - low) < 0) std::swap(corners_[0], corners_[1]);  // all faces turn outward
     addFace(0, 2, 1);
     addFace(0, 1, 3);
     addFace(1, 2, 3);
     addFace(2, 0, 3);
     return true;
   }
-  /// The farthest point, by `distance`, of the extreme points in four directions around a line.
+  /// Of the extreme points in four directions around an axis, the one with the greatest `distance`.
   template <typename Distance>
-  Vector farther(const Distance& distance, const Vector& first, const Vector& along) {
-    const Vector second = along.cross(first);
+  Vector farthestAround(const Vector& axis, const Distance& distance) {
+    const Vector first = axis.unitOrthogonal(), second = axis.cross(first);
     Vector best = measure(first);
     for (const Vector& direction : {Vector(-first), second, Vector(-second)}) {
       const Vector x = measure(direction);
@@ -439,36 +458,36 @@ class ExpandingPolytope {
     faces_.push_back({{a, b, c}, normal, offset});
   }
 
-  /// Replaces the faces around `nearest` that are visible from a new corner. Returns false if
-  /// `nearest` is not visible. Only visible faces connected to it by edges are replaced: where
-  /// faces are nearly coplanar, rounding makes scattered faces seem visible, and their number would
-  /// grow.
+  /// Adds the corner `top`: replaces the faces around `nearest` that are visible from it by faces
+  /// from the edges of the hole to it. Returns false if `nearest` is not visible. Only visible
+  /// faces connected to it by edges are replaced: where faces are nearly coplanar, rounding makes
+  /// scattered faces seem visible, and their number would grow.
   bool grow(std::size_t nearest, const Vector& top) {
     const double least = 1e-3 * kError * extent_;
-    const auto isSeen = [&](const Face& face) {
+    const auto isVisible = [&](const Face& face) {
       return face.normal.dot(top) - face.offset > least;
     };
-    if (!isSeen(faces_[nearest])) return false;
-    std::vector<Edge> horizon;
-    take(nearest, horizon);
+    if (!isVisible(faces_[nearest])) return false;
+    std::vector<Edge> horizon;  // the edges of the hole, in the direction of the removed faces
+    removeFace(nearest, horizon);
     for (std::size_t i = 0; i < faces_.size();) {
       const Face& face = faces_[i];
-      const bool is_joined = std::any_of(horizon.begin(), horizon.end(), [&](const Edge& edge) {
+      const bool is_at_hole = std::any_of(horizon.begin(), horizon.end(), [&](const Edge& edge) {
         return face.has({edge.second, edge.first});
       });
-      if (!is_joined || !isSeen(face)) {
+      if (!is_at_hole || !isVisible(face)) {
         ++i;
         continue;
       }
-      take(i, horizon);
+      removeFace(i, horizon);
       i = 0;
     }
     corners_.push_back(top);
     for (const auto& [from, to] : horizon) addFace(from, to, corners_.size() - 1);
     return true;
   }
-  /// Removes a face and updates the boundary edges of the hole.
-  void take(std::size_t face, std::vector<Edge>& horizon) {
+  /// Removes a face and updates the edges of the hole.
+  void removeFace(std::size_t face, std::vector<Edge>& horizon) {
     for (std::size_t k = 0; k < 3; ++k) {
       const Edge edge = faces_[face].edge(k);
       const auto back = std::find(horizon.begin(), horizon.end(), Edge(edge.second, edge.first));
@@ -485,6 +504,7 @@ class ExpandingPolytope {
   const double extent_;
   std::vector<Vector> corners_;
   std::vector<Face> faces_;
+  /// The measured direction with the smallest extent; it points from the first set to the second.
   Penetration best_{Vector::UnitX(), std::numeric_limits<double>::infinity(), 0};
 };
 

@@ -51,7 +51,7 @@ struct GapSearch {
   /// Whether to continue the search where rounding hides progress, that is between nearly parallel
   /// or nearly flat faces.
   bool finishes_flat = true;
-  double least = 0;  ///< the search ends once the distance is certainly less
+  double least = 0;  ///< the search ends once the distance is certainly less than this
 };
 
 /// The gap by the algorithm of Gilbert, Johnson and Keerthi (1988). A distance below 2^-46 of the
@@ -61,10 +61,11 @@ ConvexGap convexGap(const TrianglePoints<double>& triangle, const ConvexSet& set
                     const GapSearch& search = {});
 
 /// The penetration by expanding polytopes (van den Bergen 2001), with an error of at most 1e-10 of
-/// the extent of both.
+/// the extent of both, unless both are round (Penetration::error).
 Penetration penetrationOf(const ConvexSet& first, const ConvexSet& second);
 Penetration penetrationOf(const TrianglePoints<double>& triangle, const ConvexSet& set);
 
+/// The edge vectors of a triangle; edge k begins at corner k.
 inline std::array<fcl::Vector3d, 3> edgesOf(const TrianglePoints<double>& t) {
   return {t[1] - t[0], t[2] - t[1], t[0] - t[2]};
 }
@@ -78,8 +79,8 @@ inline fcl::Vector3d acrossEdges(const fcl::Vector3d& e, const fcl::Vector3d& f)
 }
 
 /// Finds the shortest translation that moves a convex set out of a triangle, among the directions
-/// that are tried (docs/bounds.md, 17). `Extent` is a function that returns the extent of the set
-/// along the negative of a unit direction.
+/// that are tried (docs/bounds.md, 17). `Extent` is a function that returns for a unit vector m the
+/// maximum of -m x over all points x of the set.
 template <typename Extent>
 class ShortestTranslation {
  public:
@@ -97,17 +98,20 @@ class ShortestTranslation {
     depth_ = distance;
     normal_ = m;
   }
+  /// Tries a direction and its opposite.
   void tryBoth(const fcl::Vector3d& direction) {
     tryDirection(direction);
     tryDirection(-direction);
   }
+  /// Tries both normals of the triangle, unless the triangle is too thin for a normal.
   void tryFaceNormal() {
     if (!isThin(triangle_))
       tryBoth((triangle_[1] - triangle_[0]).cross(triangle_[2] - triangle_[0]));
   }
 
+  /// The direction with the shortest translation so far, and the length of this translation:
+  /// negative if the two are apart along the normal.
   const fcl::Vector3d& normal() const { return normal_; }
-  /// Negative if the two are apart along the normal.
   double signedDepth() const { return depth_; }
   Penetration penetration() const { return {normal_, std::max(depth_, 0.), 0}; }
 

@@ -39,17 +39,17 @@ namespace feature_distance {
 template <typename S>
 using Point = Eigen::Matrix<S, 3, 1>;
 
-/// 1 / x, or 0 if x is so small that 1 / x overflows.
+/// 1 / x, or 0 if x is so small that 1 / x would overflow.
 template <typename S>
 S inverse(S x) {
   return x > std::numeric_limits<S>::min() * 4 ? 1 / x : S(0);
 }
 
-/// An edge vector, relative to its first corner.
+/// An edge, relative to its first corner.
 template <typename S>
 struct Edge {
-  Point<S> along;
-  S square, inverse_square;
+  Point<S> along;            ///< vector to the second corner
+  S square, inverse_square;  ///< squared length, and its inverse or 0
 
   Edge() = default;
   explicit Edge(const Point<S>& vector)
@@ -73,6 +73,7 @@ template <typename S>
 bool nearestInside(const Edge<S>& first, const Edge<S>& second, const Point<S>& between, S& s,
                    S& t) {
   if (first.square < second.square) return nearestInside<S>(second, first, -between, t, s);
+  // In projection along the first edge, the longer one, t is where the second edge is nearest.
   const Point<S> other = first.across(second.along), from = first.across(between);
   t = -from.dot(other) * inverse(other.squaredNorm());
   if (t < 0 || t > 1) return false;
@@ -80,9 +81,9 @@ bool nearestInside(const Edge<S>& first, const Edge<S>& second, const Point<S>& 
   return s >= 0 && s <= 1;
 }
 
-/// The position of a point on a face. On a side: `edge` is its first corner and `along` the
-/// parameter on it, from 0 and below 1. Inside: the point is moved from there by `share` of the
-/// vector to the opposite corner.
+/// The position of a point on a face: corner[edge] + along * (corner[edge + 1] - corner[edge]) +
+/// share * (corner[edge + 2] - corner[edge]). On a side: `share` is 0 and `along` is from 0 and
+/// below 1; 0 is a corner.
 template <typename S>
 struct FacePlace {
   std::size_t edge = 0;
@@ -128,63 +129,65 @@ class Face {
   S squaredDistance(const Point<S>& x, Point<S>& on_face, FacePlace<S>& place) const {
     S best = std::numeric_limits<S>::infinity();
     Point<S> from_best;  // relative to the first corner of its side
-    const auto take = [&](const FacePlace<S>& at, const Point<S>& from_corner) {
-      const S square = (corners_[at.edge] - x + from_corner).squaredNorm();
+    // Keeps a candidate, given by its place and its vector from corner `edge`, if it is nearer.
+    const auto consider = [&](const FacePlace<S>& candidate, const Point<S>& from_corner) {
+      const S square = (corners_[candidate.edge] - x + from_corner).squaredNorm();
       constexpr S kSame = 16 * std::numeric_limits<S>::epsilon();
       const bool is_tie = best - kSame * best <= square && square <= best + kSame * best;
-      if (is_tie ? !isNearer(x, at, from_corner, place, from_best) : !(square < best)) return;
+      if (is_tie ? !isNearer(x, candidate, from_corner, place, from_best) : !(square < best))
+        return;
       best = square;
       from_best = from_corner;
-      place = at;
+      place = candidate;
     };
     // A corner is the beginning of a side, so its coordinates are used without rounding.
     for (std::size_t k = 0; k < 3; ++k) {
       const S along = edges_[k].nearestTo(x - corners_[k]);
-      if (along < 1) take({k, along, 0, false}, along * edges_[k].along);
+      if (along < 1) consider({k, along, 0, false}, along * edges_[k].along);
     }
-    // Where x is so far away that rounding swallows the sides.
-    if (!(best < std::numeric_limits<S>::infinity())) take({0, 0, 0, false}, Point<S>::Zero());
+    // If x is so far away that rounding leaves no side, any corner will do.
+    if (!(best < std::numeric_limits<S>::infinity())) consider({0, 0, 0, false}, Point<S>::Zero());
     const Edge<S>& base = edges_[base_];
     const Point<S> from_base = x - corners_[base_];
     const S along = base.coordinate(from_base),
             share = base.across(from_base).dot(height_) * inverse_height_,
             other = along - share * apex_along_;  // barycentric coordinate of the end of the base
     if (share > 0 && other >= 0 && share + other <= 1)
-      take({base_, other, share, true}, along * base.along + share * height_);
+      consider({base_, other, share, true}, along * base.along + share * height_);
     on_face = corners_[place.edge] + from_best;
     return best;
   }
 
  private:
-  /// Whether the first of two points of the face is nearer to x, by the bisecting plane between
-  /// them: for a distant x their rounded distances may be equal. Each point is given by its place
-  /// and its vector from the corner there.
-  bool isNearer(const Point<S>& x, const FacePlace<S>& one, const Point<S>& from_one,
-                const FacePlace<S>& other, const Point<S>& from_other) const {
-    const Point<S> seen = x - corners_[0], a = corners_[one.edge] - corners_[0] + from_one,
-                   b = corners_[other.edge] - corners_[0] + from_other;
-    return (a - b).dot((seen - a) + (seen - b)) > 0;
+  /// Whether the first of two points a and b of the face is nearer to x, by the bisecting plane
+  /// between them: for a distant x their rounded distances may be equal. Each point is given by its
+  /// place and its vector from corner `edge` of the place.
+  bool isNearer(const Point<S>& x, const FacePlace<S>& place_a, const Point<S>& from_corner_a,
+                const FacePlace<S>& place_b, const Point<S>& from_corner_b) const {
+    const Point<S> y = x - corners_[0], a = corners_[place_a.edge] - corners_[0] + from_corner_a,
+                   b = corners_[place_b.edge] - corners_[0] + from_corner_b;
+    return (a - b).dot((y - a) + (y - b)) > 0;
   }
-  /// Recomputes a short distance with enlarged coordinates. `found` is the distance computed
-  /// without, which is accurate unless all corners are near x.
+  /// Recomputes a distance below shortLength() in enlarged coordinates, if all corners are so near
+  /// x. `found` is the distance computed without; it is accurate otherwise.
   S shortDistance(const Point<S>& x, Point<S>& on_face, FacePlace<S>& place, S found) const {
     if (on_face == x) return found;
-    Corners seen = corners_;
+    Corners from_x = corners_;
     S extent = 0;
-    for (Point<S>& corner : seen) {
+    for (Point<S>& corner : from_x) {
       corner -= x;
       extent = std::max(extent, corner.template lpNorm<Eigen::Infinity>());
     }
     const S unit = rounding::enlargement(extent);
     if (unit == 1) return found;
-    for (Point<S>& corner : seen) corner *= unit;
-    const S square = Face(seen).squaredDistance(Point<S>::Zero(), on_face, place);
+    for (Point<S>& corner : from_x) corner *= unit;
+    const S square = Face(from_x).squaredDistance(Point<S>::Zero(), on_face, place);
     on_face = x + on_face / unit;
     return std::sqrt(square) / unit;
   }
 
   Corners corners_;
-  Edge<S> edges_[3];
+  Edge<S> edges_[3];      ///< edge k runs from corner k to the next
   std::size_t base_ = 0;  ///< the longest edge
   S apex_along_;          ///< coordinate along the base of the corner opposite to it
   Point<S> height_;       ///< vector from the base line to that corner
@@ -203,7 +206,7 @@ FeatureDistance<S> vertexFaceDistance(const Eigen::Matrix<S, 3, 1>& vertex,
   return found;
 }
 
-/// The distance of two edges, for lengths whose squares do not underflow; see edgeEdgeDistance.
+/// Like edgeEdgeDistance, for lengths whose squares do not underflow.
 template <typename S>
 FeatureDistance<S> longEdgeEdgeDistance(const std::array<Eigen::Matrix<S, 3, 1>, 2>& a,
                                         const std::array<Eigen::Matrix<S, 3, 1>, 2>& b,
@@ -213,7 +216,7 @@ FeatureDistance<S> longEdgeEdgeDistance(const std::array<Eigen::Matrix<S, 3, 1>,
   const Point between = b[0] - a[0];
   FeatureDistance<S> nearest;
   S best = std::numeric_limits<S>::infinity();
-  const auto take = [&](S s, S t) {
+  const auto consider = [&](S s, S t) {
     const S square = (between + t * v.along - s * u.along).squaredNorm();
     if (!(square < best)) return;
     best = square;
@@ -221,12 +224,12 @@ FeatureDistance<S> longEdgeEdgeDistance(const std::array<Eigen::Matrix<S, 3, 1>,
     nearest.second = b[0] + t * v.along;
     along = {s, t};
   };
-  take(0, v.nearestTo(-between));
-  take(1, v.nearestTo(a[1] - b[0]));
-  take(u.nearestTo(between), 0);
-  take(u.nearestTo(b[1] - a[0]), 1);
+  consider(0, v.nearestTo(-between));
+  consider(1, v.nearestTo(a[1] - b[0]));
+  consider(u.nearestTo(between), 0);
+  consider(u.nearestTo(b[1] - a[0]), 1);
   S s, t;
-  if (feature_distance::nearestInside<S>(u, v, between, s, t)) take(s, t);
+  if (feature_distance::nearestInside<S>(u, v, between, s, t)) consider(s, t);
   nearest.distance = std::sqrt(best);
   return nearest;
 }
@@ -240,13 +243,13 @@ FeatureDistance<S> edgeEdgeDistance(const std::array<Eigen::Matrix<S, 3, 1>, 2>&
   const FeatureDistance<S> found = longEdgeEdgeDistance<S>(a, b, along);
   if (!(found.distance < rounding::shortLength<S>())) return found;
   using Point = Eigen::Matrix<S, 3, 1>;
-  const Point seen[3] = {a[1] - a[0], b[0] - a[0], b[1] - a[0]};
-  const S unit = rounding::enlargement(std::max({seen[0].template lpNorm<Eigen::Infinity>(),
-                                                 seen[1].template lpNorm<Eigen::Infinity>(),
-                                                 seen[2].template lpNorm<Eigen::Infinity>()}));
+  const Point from_a[3] = {a[1] - a[0], b[0] - a[0], b[1] - a[0]};  // relative to a[0]
+  const S unit = rounding::enlargement(std::max({from_a[0].template lpNorm<Eigen::Infinity>(),
+                                                 from_a[1].template lpNorm<Eigen::Infinity>(),
+                                                 from_a[2].template lpNorm<Eigen::Infinity>()}));
   if (unit == 1) return found;
-  const FeatureDistance<S> large = longEdgeEdgeDistance<S>({Point::Zero(), unit * seen[0]},
-                                                           {unit * seen[1], unit * seen[2]}, along);
+  const FeatureDistance<S> large = longEdgeEdgeDistance<S>(
+      {Point::Zero(), unit * from_a[0]}, {unit * from_a[1], unit * from_a[2]}, along);
   return {a[0] + large.first / unit, a[0] + large.second / unit, large.distance / unit};
 }
 

@@ -7,8 +7,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// An unevaluated sum of two doubles, where the second is at most half a unit in the last place of
-/// the first: 106 bits (Dekker 1971, "A floating-point technique for extending the available
+/// An unevaluated sum of two doubles, where the second is at most half a unit in the last place
+/// of the first: 106 bits (Dekker 1971, "A floating-point technique for extending the available
 /// precision").
 struct Precise {
   double high = 0, low = 0;
@@ -18,8 +18,8 @@ struct Precise {
 
 /// The exact sum of two doubles (Knuth's TwoSum).
 Precise sumOf(double a, double b) {
-  const double sum = a + b, of_b = sum - a;
-  return {sum, (a - (sum - of_b)) + (b - of_b)};
+  const double sum = a + b, added = sum - a;  // the part of b that the rounded sum contains
+  return {sum, (a - (sum - added)) + (b - added)};
 }
 Precise operator+(const Precise& a, const Precise& b) {
   const Precise high = sumOf(a.high, b.high), low = sumOf(a.low, b.low);
@@ -28,8 +28,8 @@ Precise operator+(const Precise& a, const Precise& b) {
 }
 Precise operator-(const Precise& a, const Precise& b) { return a + -b; }
 Precise operator*(const Precise& a, const Precise& b) {
-  const double product = a.high * b.high, rest = std::fma(a.high, b.high, -product);
-  return sumOf(product, rest + (a.high * b.low + a.low * b.high));
+  const double product = a.high * b.high, error = std::fma(a.high, b.high, -product);
+  return sumOf(product, error + (a.high * b.low + a.low * b.high));
 }
 Precise operator/(const Precise& a, const Precise& b) {
   const double first = a.high / b.high;
@@ -62,19 +62,20 @@ PreciseVector cross(const PreciseVector& a, const PreciseVector& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-/// The squared distance of x, times scale^2, to the feature of the face at `at`. It depends only on
-/// the directions of the edges, so products keep their digits however small the face is.
+/// The squared distance, times scale^2, of x from the feature that contains a place of the face:
+/// the plane, the line of a side, or a corner. Planes and lines are given by directions of edges,
+/// so products keep their digits however small the face is.
 Precise squaredDistance(const fcl::Vector3d& x, const std::array<fcl::Vector3d, 3>& face,
-                        const feature_distance::FacePlace<double>& at, double scale) {
-  const fcl::Vector3d &from = face[at.edge], &to = face[(at.edge + 1) % 3];
+                        const feature_distance::FacePlace<double>& place, double scale) {
+  const fcl::Vector3d &from = face[place.edge], &to = face[(place.edge + 1) % 3];
   const PreciseVector vector = scaled(difference(x, from), scale);
-  if (at.is_inside) {
+  if (place.is_inside) {
     const PreciseVector normal =
-        cross(direction(from, to), direction(from, face[(at.edge + 2) % 3]));
+        cross(direction(from, to), direction(from, face[(place.edge + 2) % 3]));
     const Precise height = dot(normal, vector);
     return height * height / dot(normal, normal);
   }
-  if (at.along == 0) return dot(vector, vector);
+  if (place.along == 0) return dot(vector, vector);
   const PreciseVector edge = direction(from, to), across = cross(vector, edge);
   return dot(across, across) / dot(edge, edge);
 }
@@ -82,8 +83,8 @@ Precise squaredDistance(const fcl::Vector3d& x, const std::array<fcl::Vector3d, 
 }  // namespace
 
 PreciseSquare::PreciseSquare(const fcl::Vector3d& x, const std::array<fcl::Vector3d, 3>& face,
-                             const feature_distance::FacePlace<double>& at, double scale) {
-  const Precise square = squaredDistance(x, face, at, scale);
+                             const feature_distance::FacePlace<double>& place, double scale) {
+  const Precise square = squaredDistance(x, face, place, scale);
   high_ = square.high;
   low_ = square.low;
 }

@@ -11,6 +11,7 @@
 
 #include "base/shortcut.h"
 
+// Exact signs of determinants: on which side of a plane or a line a point lies.
 namespace adaptive_bvh {
 
 /// An exact sum of products of three doubles, without rounding, overflow or underflow. It consists
@@ -47,10 +48,10 @@ class ExactSum {
 
   /// The sum with a relative error of at most 2^-52.
   Scaled value() const {
-    const int its_sign = sign();
-    if (its_sign == 0) return {0, 0};
+    const int sum_sign = sign();
+    if (sum_sign == 0) return {0, 0};
     const Limbs difference =
-        its_sign > 0 ? differenceOf(added_, subtracted_) : differenceOf(subtracted_, added_);
+        sum_sign > 0 ? differenceOf(added_, subtracted_) : differenceOf(subtracted_, added_);
     std::size_t top = last_;
     while (difference[top - 1] == 0) --top;
     // The three highest limbs contain more than 128 significant bits.
@@ -59,18 +60,18 @@ class ExactSum {
     for (std::size_t k = top; k-- > lowest;)
       sum = sum * 0x1p64 + static_cast<double>(difference[k]);
     int exponent;
-    const double mantissa = std::frexp(its_sign * sum, &exponent);
+    const double mantissa = std::frexp(sum_sign * sum, &exponent);
     return {mantissa, exponent + 64 * static_cast<int>(lowest) - kPoint};
   }
 
  private:
-  // The lowest bit of a product is 2^(3 * -1074) or higher. There is room for 2^64 times the
-  // largest product, 2^3072.
+  // The lowest bit of a product is 2^(3 * -1074) or higher; so bit 0 of limb 0 stands for
+  // 2^-kPoint. There is room for 2^64 times the largest product, 2^3072.
   static constexpr int kPoint = 3 * 1074;
   static constexpr std::size_t kLimbs = (kPoint + 3 * 1024 + 64) / 64 + 1;
   __extension__ typedef unsigned __int128 Wide;
 
-  /// Limbs in little-endian order.
+  /// A fixed-point number of 64-bit limbs, the lowest first.
   using Limbs = std::array<std::uint64_t, kLimbs>;
 
   /// The difference more - less, for more >= less.
@@ -85,12 +86,12 @@ class ExactSum {
     return difference;
   }
 
-  /// |x| = whole * 2^exponent, the exponent at least -1074.
-  static std::uint64_t wholeOf(double x, int& exponent) {
-    constexpr int kFraction = 52, kBias = 1075, kExponents = 0x7ff;
+  /// Decomposes |x| = integer * 2^exponent, exponent >= -1074. Returns the integer, below 2^53.
+  static std::uint64_t integerOf(double x, int& exponent) {
+    constexpr int kFraction = 52, kBias = 1075, kExponents = 0x7ff;  // the layout of a double
     std::uint64_t bits;
     std::memcpy(&bits, &x, sizeof(bits));
-    const int stored = static_cast<int>(bits >> kFraction) & kExponents;
+    const int stored = static_cast<int>(bits >> kFraction) & kExponents;  // 0: a denormal number
     const std::uint64_t one = std::uint64_t(1) << kFraction, fraction = bits & (one - 1);
     exponent = (stored == 0 ? 1 : stored) - kBias;
     return stored == 0 ? fraction : fraction | one;
@@ -99,7 +100,7 @@ class ExactSum {
   void addProduct(double a, double b, double c, bool is_negative) {
     if (a == 0 || b == 0 || c == 0) return;
     int ea, eb, ec;
-    const std::uint64_t x = wholeOf(a, ea), y = wholeOf(b, eb), z = wholeOf(c, ec);
+    const std::uint64_t x = integerOf(a, ea), y = integerOf(b, eb), z = integerOf(c, ec);
     is_negative ^= std::signbit(a) ^ std::signbit(b) ^ std::signbit(c);
     // x * y * z has 159 bits: three limbs, or four when shifted.
     const Wide xy = Wide(x) * y, low = Wide(static_cast<std::uint64_t>(xy)) * z,
@@ -107,32 +108,32 @@ class ExactSum {
     std::array<std::uint64_t, 4> limbs = {static_cast<std::uint64_t>(low),
                                           static_cast<std::uint64_t>(high),
                                           static_cast<std::uint64_t>(high >> 64), 0};
-    const int at = ea + eb + ec + kPoint, shift = at % 64;
+    const int lowest_bit = ea + eb + ec + kPoint, shift = lowest_bit % 64;
     if (shift > 0) {
       for (std::size_t k = 3; k > 0; --k)
         limbs[k] = limbs[k] << shift | limbs[k - 1] >> (64 - shift);
       limbs[0] <<= shift;
     }
-    accumulate(limbs, static_cast<std::size_t>(at / 64), is_negative ? subtracted_ : added_);
+    accumulate(limbs, std::size_t(lowest_bit / 64), is_negative ? subtracted_ : added_);
   }
 
-  void accumulate(const std::array<std::uint64_t, 4>& limbs, std::size_t at, Limbs& sum) {
+  /// Adds four limbs to a sum, from limb `begin` on.
+  void accumulate(const std::array<std::uint64_t, 4>& limbs, std::size_t begin, Limbs& sum) {
     std::uint64_t carry = 0;
-    std::size_t k = at;
-    for (; k < at + limbs.size() || carry != 0; ++k) {
-      const Wide result = Wide(sum[k]) + (k < at + limbs.size() ? limbs[k - at] : 0) + carry;
+    std::size_t k = begin;
+    for (; k < begin + limbs.size() || carry != 0; ++k) {
+      const Wide result = Wide(sum[k]) + (k < begin + limbs.size() ? limbs[k - begin] : 0) + carry;
       sum[k] = static_cast<std::uint64_t>(result);
       carry = static_cast<std::uint64_t>(result >> 64);
     }
-    first_ = std::min(first_, at);
+    first_ = std::min(first_, begin);
     last_ = std::max(last_, k);
   }
 
   // Added and subtracted products are kept apart: a sum that changed its sign would change all
   // higher limbs.
   Limbs added_{}, subtracted_{};
-  std::size_t first_ = kLimbs,
-              last_ = 0;  ///< range of limbs that contains all limbs that are not 0
+  std::size_t first_ = kLimbs, last_ = 0;  ///< limbs outside of [first_, last_) are 0 in both
 };
 
 /// Adds det(a, b, c) to a sum, or subtracts it if `is_negative`.
@@ -156,29 +157,30 @@ inline void addOrientation(ExactSum& sum, const fcl::Vector3d& a, const fcl::Vec
 
 namespace orientations {
 
-/// Whether `difference`, the rounded x - y, is exact: then its rounding error by Knuth's TwoSum is
-/// 0.
+/// Whether `difference`, the rounded x - y, is exact: its rounding error by Knuth's TwoSum is 0.
 inline bool isExact(double x, double y, double difference) {
   const double other = x - difference;
   return (x - (difference + other)) + (other - y) == 0;
 }
-inline bool isExact(const fcl::Vector3d& x, const fcl::Vector3d& y, const fcl::Vector3d& z) {
-  return isExact(x[0], y[0], z[0]) && isExact(x[1], y[1], z[1]) && isExact(x[2], y[2], z[2]);
+/// The same for each component.
+inline bool isExact(const fcl::Vector3d& x, const fcl::Vector3d& y, const fcl::Vector3d& d) {
+  return isExact(x[0], y[0], d[0]) && isExact(x[1], y[1], d[1]) && isExact(x[2], y[2], d[2]);
 }
 
 /// Whether a rounded determinant of three differences certainly has the correct sign. `size` is the
 /// product of the largest components of the three differences. With the unit roundoff u = 2^-53,
-/// the error of each of the six products is at most 5 u times that, and the sum adds 20 u: 50 u in
-/// total.
+/// the error of each of the six products is at most 5 u size, and the sum adds 20 u size: 50 u size
+/// in total, less than 2^-47 size.
 inline bool isCertain(double determinant, double size) {
   return size > 0x1p-800 && size < 0x1p1000 && std::fabs(determinant) > 0x1p-47 * size &&
          isTaken(Shortcut::RoundedPredicates);
 }
 
 /// The exact det(a - d, b - d, c - d). p, q and r are the rounded differences.
-inline ExactSum exactly(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& c,
-                        const fcl::Vector3d& d, const fcl::Vector3d& p, const fcl::Vector3d& q,
-                        const fcl::Vector3d& r) {
+inline ExactSum exactDeterminant(const fcl::Vector3d& a, const fcl::Vector3d& b,
+                                 const fcl::Vector3d& c, const fcl::Vector3d& d,
+                                 const fcl::Vector3d& p, const fcl::Vector3d& q,
+                                 const fcl::Vector3d& r) {
   ExactSum sum;
   if (isExact(a, d, p) && isExact(b, d, q) && isExact(c, d, r))
     addDeterminant(sum, p, q, r);  // the usual case for coordinates with few digits
@@ -196,10 +198,10 @@ inline bool areAcrossAxis(const fcl::Vector3d& p, const fcl::Vector3d& q, const 
 
 }  // namespace orientations
 
-/// The side of the plane of a, b and c on which d lies: the sign of det(a - d, b - d, c - d), exact
-/// for the given numbers (like "orient3d" of Shewchuk 1997, "Adaptive precision floating-point
-/// arithmetic and fast robust geometric predicates"). The value is that determinant up to rounding;
-/// it is 0 only if the determinant is.
+/// The side of the plane of a, b and c on which d lies: a number whose sign is that of det(a - d, b
+/// - d, c - d), exact for the given numbers (like "orient3d" of Shewchuk 1997, "Adaptive precision
+/// floating-point arithmetic and fast robust geometric predicates"). The value is the determinant
+/// up to rounding, clamped to the range of a double; it is 0 only if the determinant is.
 inline double orientation(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& c,
                           const fcl::Vector3d& d) {
   using namespace orientations;
@@ -210,7 +212,7 @@ inline double orientation(const fcl::Vector3d& a, const fcl::Vector3d& b, const 
   if (isCertain(determinant, size)) return determinant;
   if (areAcrossAxis(p, q, r)) return 0;
   countExact(ExactDecision::Orientation);
-  const ExactSum::Scaled exact = exactly(a, b, c, d, p, q, r).value();
+  const ExactSum::Scaled exact = exactDeterminant(a, b, c, d, p, q, r).value();
   if (exact.mantissa == 0) return 0;
   const double value = std::ldexp(exact.mantissa, exact.exponent);
   if (value == 0) return std::copysign(std::numeric_limits<double>::denorm_min(), exact.mantissa);
@@ -219,18 +221,18 @@ inline double orientation(const fcl::Vector3d& a, const fcl::Vector3d& b, const 
              : std::copysign(std::numeric_limits<double>::max(), value);
 }
 
-/// The exact sign of that determinant. Call it if the rounded determinant is not certain.
+/// The exact sign of orientation(a, b, c, d), if the rounded determinant is not certain.
 inline int exactOrientation(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& c,
                             const fcl::Vector3d& d) {
   const fcl::Vector3d p = a - d, q = b - d, r = c - d;
   if (orientations::areAcrossAxis(p, q, r)) return 0;
   countExact(ExactDecision::TriangleSides);
-  return orientations::exactly(a, b, c, d, p, q, r).sign();
+  return orientations::exactDeterminant(a, b, c, d, p, q, r).sign();
 }
 
 /// The exact sign of det(p - r, q - r) for points in the plane: 1 if p, q, r are counter-clockwise,
-/// 0 if they are collinear. The relative error of each product is 3 u, and their difference adds u
-/// of both: 4 u in total ("orient2d" of Shewchuk 1997).
+/// 0 if they are collinear, else -1 ("orient2d" of Shewchuk 1997). The relative error of each
+/// product is 3 u, and their difference adds u of both: 4 u of `size` in total, less than 2^-50.
 inline int planarOrientation(double px, double py, double qx, double qy, double rx, double ry) {
   const double left = (px - rx) * (qy - ry), right = (py - ry) * (qx - rx);
   const double determinant = left - right, size = std::fabs(left) + std::fabs(right);
@@ -239,7 +241,7 @@ inline int planarOrientation(double px, double py, double qx, double qy, double 
       isTaken(Shortcut::RoundedPredicates))
     return determinant > 0 ? 1 : -1;
   countExact(ExactDecision::PlanarOrientation);
-  ExactSum sum;
+  ExactSum sum;  // the products of the expanded determinant; rx ry cancels
   sum.add(px, qy, 1);
   sum.subtract(px, ry, 1);
   sum.subtract(rx, qy, 1);

@@ -18,6 +18,7 @@ namespace adaptive_bvh {
 /// docs/bounds.md, 16.
 class RayTriangle {
  public:
+  /// The hit is at origin + t direction = (1 - u - v) a + u b + v c.
   struct Hit {
     /// At least 0, never -0, and 0 only if the origin is in the triangle's plane; infinite if it
     /// exceeds the largest double.
@@ -33,7 +34,8 @@ class RayTriangle {
   }
   /// A ray without an origin; call setOrigin.
   explicit RayTriangle(const fcl::Vector3d& direction) : direction_(direction) {
-    // Without branches, because they would be mispredicted.
+    // z is the axis of the longest component of the direction; x and y are exchanged if the ray
+    // runs against it. Without branches, because they would be mispredicted.
     constexpr int kAxes[] = {0, 1, 2, 0, 1};
     const double x = std::fabs(direction[0]), y = std::fabs(direction[1]),
                  z = std::fabs(direction[2]);
@@ -64,18 +66,20 @@ class RayTriangle {
     const double size = std::max(std::max(p.size, q.size), r.size);
     const double width = std::max(std::max(p.width(), q.width()), r.width());
     const double error = kAreaError * size * width;
-    const auto exactly = [&]() -> bool {
+    const auto decideExactly = [&]() -> bool {
       return meetsExactly(
           {a.template cast<double>(), b.template cast<double>(), c.template cast<double>()}, hit);
     };
-    if (!isInRange(size, width)) return exactly();
+    if (!isInRange(size, width)) return decideExactly();
+    // The ray is the z axis: it hits the triangle if the areas between the axis and the three sides
+    // have one sign. Their shares in the sum are the barycentric coordinates.
     const double low = std::min(std::min(u, v), w), high = std::max(std::max(u, v), w);
     if (low < -error && high > error) return false;
     const double volume = u * p.z + v * q.z + w * r.z, sum = u + v + w;
-    const double least = sum > 0 ? low : -high;
+    const double least = sum > 0 ? low : -high;  // the smallest area, with the sign of the sum
     const bool is_certain = least > error && std::fabs(sum) > kAccurate * error &&
                             std::fabs(volume) > kVolumeError * size * size * width;
-    if (!is_certain) return exactly();
+    if (!is_certain) return decideExactly();
     const double depth = volume / sum * per_depth_;
     if (depth < 0) return false;
     const double t = exponent_ == 0 ? depth : atLeastTiny(std::ldexp(depth, -exponent_));
@@ -84,9 +88,10 @@ class RayTriangle {
   }
 
  private:
+  /// A corner relative to the origin, sheared so that the ray is the z axis.
   struct Sheared {
     double x, y, z;
-    double size;  ///< the largest component before shearing
+    double size;  ///< the largest absolute component before shearing
 
     double width() const { return std::max(std::fabs(x), std::fabs(y)); }
   };
@@ -97,6 +102,7 @@ class RayTriangle {
     return {x - shear_x_ * z, y - shear_y_ * z, z,
             std::max(std::max(std::fabs(x), std::fabs(y)), std::fabs(z))};
   }
+  /// Twice the signed area of the triangle of the ray, a and b, projected along the ray.
   static double area(const Sheared& a, const Sheared& b) { return a.x * b.y - a.y * b.x; }
 
   /// Error bounds, with the unit roundoff u = 2^-53. Let the components of the corners relative to
@@ -128,12 +134,13 @@ class RayTriangle {
     addDeterminant(sum, direction_, origin_, c, true);
   }
 
-  bool meetsExactly(const Corners& t, Hit& hit) const {
+  /// `meets`, by exact sums. Side k is opposite to corner k; `all` is the sum of the three sides.
+  bool meetsExactly(const Corners& corners, Hit& hit) const {
     countExact(ExactDecision::RayTriangle);
     ExactSum sides[3], all;
     bool is_left = false, is_right = false, is_on_a_side = false;
     for (std::size_t k = 0; k < 3; ++k) {
-      const fcl::Vector3d &b = t[(k + 1) % 3], &c = t[(k + 2) % 3];
+      const fcl::Vector3d &b = corners[(k + 1) % 3], &c = corners[(k + 2) % 3];
       addSide(sides[k], b, c);
       addSide(all, b, c);
       const int sign = sides[k].sign();
@@ -143,18 +150,19 @@ class RayTriangle {
     }
     if (is_left == is_right) return false;  // outside, or the ray lies in the plane
     ExactSum volume;                        // det(a - origin, b - origin, c - origin)
-    addOrientation(volume, t[0], t[1], t[2], origin_);
+    addOrientation(volume, corners[0], corners[1], corners[2], origin_);
     if (volume.sign() * all.sign() < 0) return false;
     const ExactSum::Scaled sum = all.value();
-    const double along = volume.sign() == 0 ? 0 : atLeastTiny(volume.value() / sum);
-    hit = {along, sides[1].value() / sum, sides[2].value() / sum, !is_left, is_on_a_side};
+    const double t = volume.sign() == 0 ? 0 : atLeastTiny(volume.value() / sum);
+    hit = {t, sides[1].value() / sum, sides[2].value() / sum, !is_left, is_on_a_side};
     return true;
   }
 
   fcl::Vector3d origin_ = fcl::Vector3d::Zero(), direction_;
-  int x_, y_, z_;
-  int exponent_;  ///< power of two that scales a very long or short direction; else 0
-  double shear_x_, shear_y_, per_depth_;
+  int x_, y_, z_;             ///< which coordinates are x, y and z of Sheared
+  int exponent_;              ///< a very long or short direction is divided by 2^exponent_; else 0
+  double shear_x_, shear_y_;  ///< x and y of the direction, divided by its z
+  double per_depth_;          ///< t for each unit of z, for the scaled direction
 };
 
 }  // namespace adaptive_bvh

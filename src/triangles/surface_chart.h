@@ -8,7 +8,7 @@
 
 namespace adaptive_bvh {
 
-/// Bounds how far a curved patch deviates from the triangle with the same corners: every point of
+/// Bounds how far a curved patch bulges beyond the triangle with the same corners: every point of
 /// the patch is the sum of a point of the triangle and a point of the convex hull of 0 and these
 /// vectors.
 struct Bulge {
@@ -50,6 +50,7 @@ class SurfaceChart {
     return kind_ == other.kind_ && a_ == other.a_ && b_ == other.b_;
   }
 
+  /// The surface point of a parameter.
   Vector operator()(const Vector& parameter) const {
     if (kind_ == Kind::Flat) return parameter;
     if (kind_ == Kind::Disk) return {parameter[0], parameter[1], a_[2]};
@@ -63,22 +64,23 @@ class SurfaceChart {
     Vector linear = p + share * (q - p);
     if (kind_ == Kind::Round) return linear.normalized();
     if (kind_ == Kind::Disk) {
-      const bool is_rim = p[2] + q[2] == 2;
-      const double out = is_rim ? a_[0] / std::hypot(linear[0], linear[1]) : 1;
-      return {out * linear[0], out * linear[1], is_rim ? 1. : 0.};
+      const bool is_rim = p[2] + q[2] == 2;  // both ends are on the rim: so is the new point
+      const double stretch = is_rim ? a_[0] / std::hypot(linear[0], linear[1]) : 1;
+      return {stretch * linear[0], stretch * linear[1], is_rim ? 1. : 0.};
     }
     if (kind_ == Kind::Turned) {  // angles are weighted by the radii
-      const double of_p = (1 - share) * radiusAt(p), of_q = share * radiusAt(q);
-      if (of_p + of_q > 0) linear[1] = p[1] + of_q / (of_p + of_q) * (q[1] - p[1]);
+      const double weight_p = (1 - share) * radiusAt(p), weight_q = share * radiusAt(q);
+      if (weight_p + weight_q > 0)
+        linear[1] = p[1] + weight_q / (weight_p + weight_q) * (q[1] - p[1]);
     }
     return linear;
   }
-  /// The number of patches of a full turn; 0 if nothing is round.
+  /// The number of patches into which to divide a full turn around the axis; 0 for a flat surface.
   int patchesOfTurn() const {
     if (kind_ == Kind::Flat) return 0;
     return kind_ == Kind::Round ? 4 : 8;
   }
-  /// A length for choosing the edge of a triangle to divide.
+  /// A length of the edge from p to q, for choosing which edge of a triangle to divide.
   double length(const Vector& p, const Vector& q) const {
     if (kind_ == Kind::Round) return b_.maxCoeff() * (q - p).norm();
     return ((*this)(q) - (*this)(p)).norm();
@@ -94,11 +96,13 @@ class SurfaceChart {
   enum class Kind { Flat, Round, Turned, Disk };
   SurfaceChart(Kind kind, const Vector& a, const Vector& b) : kind_(kind), a_(a), b_(b) {}
 
+  /// The radius of a surface of revolution at a parameter.
   double radiusAt(const Vector& parameter) const { return a_[0] + parameter[0] * (b_[0] - a_[0]); }
 
-  /// The patch of the unit sphere is the triangle, moved outward along radii. A point of the
-  /// triangle with barycentric coordinates l has the squared radius 1 - sum l_i l_j e_ij^2, where e
-  /// are the edges: at least 1 minus a third of the square of the longest edge.
+  /// The patch of the unit sphere is the triangle, each point x moved outward to x / |x|: by no
+  /// more than 1 / least - 1 times x, where `least` is the least |x|. With the barycentric
+  /// coordinates l and the edges e of the triangle, |x|^2 is 1 - sum l_i l_j e_ij^2: at least 1
+  /// minus a third of the square of the longest edge.
   Bulge roundBulge(const Vector& p, const Vector& q, const Vector& r) const {
     const double square =
         std::max({(q - p).squaredNorm(), (r - q).squaredNorm(), (p - r).squaredNorm()}) / 3;
@@ -114,37 +118,41 @@ class SurfaceChart {
     const auto addArc = [&](const Vector& from, const Vector& to) {
       const double half = std::hypot(to[0] - from[0], to[1] - from[1]) / 2;
       if (from[2] + to[2] != 2 || half == 0) return;
-      const Vector out = Vector(from[0] + to[0], from[1] + to[1], 0).normalized();
-      const double inner = std::sqrt(std::max(0., (a_[0] - half) * (a_[0] + half)));
-      bulge.add(kSlack * half * half / (a_[0] + inner) * out);
+      const Vector outward = Vector(from[0] + to[0], from[1] + to[1], 0).normalized();
+      // The height of the arc is radius - chord_distance, without cancellation.
+      const double chord_distance = std::sqrt(std::max(0., (a_[0] - half) * (a_[0] + half)));
+      bulge.add(kSlack * half * half / (a_[0] + chord_distance) * outward);
     };
     addArc(p, q);
     addArc(q, r);
     addArc(r, p);
     return bulge;
   }
-  /// The bulge by the second derivative along the angle, which is the radius, towards the axis;
-  /// along the line the surface does not bend. At the axis the angle is undefined.
+  /// The bulge by the second derivative along the angle: its length is the radius, and it points
+  /// towards the axis, in a direction between those at the least and the greatest angle. Along the
+  /// line the surface does not bend. Corners on the axis are skipped: their angle is undefined.
   Bulge turnedBulge(const Vector& p, const Vector& q, const Vector& r) const {
-    double low = 0, high = 0, radius = 0;
+    double low = 0, high = 0, radius = 0;  // range of the angles, and largest radius
     for (const Vector& corner : {p, q, r}) {
-      const double at = radiusAt(corner);
-      if (!(at > 0)) continue;
+      const double corner_radius = radiusAt(corner);
+      if (!(corner_radius > 0)) continue;
       low = radius > 0 ? std::min(low, corner[1]) : corner[1];
       high = radius > 0 ? std::max(high, corner[1]) : corner[1];
-      radius = std::max(radius, at);
+      radius = std::max(radius, corner_radius);
     }
     const double middle = (low + high) / 2, half = (high - low) / 2,
-                 height = kSlack * radius * half * half / 2, aside = std::tan(half);
-    const Vector out(std::cos(middle), std::sin(middle), 0), around(-out[1], out[0], 0);
+                 height = kSlack * radius * half * half / 2, tangent = std::tan(half);
+    const Vector outward(std::cos(middle), std::sin(middle), 0), around(-outward[1], outward[0], 0);
     Bulge bulge;
-    for (const double side : {-aside, aside}) bulge.add(height * (out + side * around));
+    for (const double t : {-tangent, tangent}) bulge.add(height * (outward + t * around));
     return bulge;
   }
 
-  static constexpr double kSlack = 1 + 1e-9;
+  static constexpr double kSlack = 1 + 1e-9;  ///< exceeds the rounding errors of a bulge
 
   Kind kind_;
+  /// The numbers of the surface. Round: centre and radii. Disk: a_ = (radius, -, z). Turned: the
+  /// ends (radius, -, z) of the line.
   Vector a_, b_;
 };
 

@@ -13,7 +13,7 @@ namespace {
 using Vector = MovingFeatures::Point;
 using Corners = std::array<Vector, 4>;
 
-constexpr double kUnit = std::numeric_limits<double>::epsilon() / 2;
+constexpr double kUnit = std::numeric_limits<double>::epsilon() / 2;  // unit roundoff
 
 /// Normalizes a direction; zero if its length is inaccurate.
 Vector unit(const Vector& direction) {
@@ -27,20 +27,24 @@ class Directions {
  public:
   static constexpr int kCount = 5;
 
-  Directions(int firsts, const Corners& at) : firsts_(firsts) {
-    edges_[0] = firsts == 1 ? at[2] - at[1] : at[1] - at[0];
-    edges_[1] = at[3] - at[2];
-    edges_[2] = at[3] - at[1];
-    difference_ = (firsts == 1 ? vertexFaceDistance<double>(at[0], {at[1], at[2], at[3]})
-                               : edgeEdgeDistance<double>({at[0], at[1]}, {at[2], at[3]}))
+  /// `firsts` is the number of corners of the first feature: of a vertex 1, of an edge 2.
+  Directions(int firsts, const Corners& x) : firsts_(firsts) {
+    edges_[0] = firsts == 1 ? x[2] - x[1] : x[1] - x[0];
+    edges_[1] = x[3] - x[2];
+    edges_[2] = x[3] - x[1];
+    difference_ = (firsts == 1 ? vertexFaceDistance<double>(x[0], {x[1], x[2], x[3]})
+                               : edgeEdgeDistance<double>({x[0], x[1]}, {x[2], x[3]}))
                       .difference();
   }
 
-  /// Candidate k, the likeliest first; zero if there is none. Near contact the difference of the
-  /// nearest points has lost its digits. The normal has not, nor has a direction perpendicular to
-  /// an edge. The normal of edges at an angle a has an error of 2^-53 / a. After it is made
-  /// perpendicular to one of the edges, the remaining error lies in the plane of both, where the
-  /// width of the features is only a times their length.
+  /// Candidate k, the likeliest first; zero if there is none. 0: the difference of the nearest
+  /// points. 1: the common normal of edges 0 and 1. 2 and above: the part of the difference that is
+  /// perpendicular to edge k - 2.
+  ///
+  /// Near contact the difference has lost its digits. The normal has not, nor has a direction
+  /// perpendicular to an edge. The normal of edges at an angle a has an error of 2^-53 / a. After
+  /// it is made perpendicular to one of the edges, the remaining error lies in the plane of both,
+  /// where the width of the features is only a times their length.
   Vector operator[](int k) const {
     if (k == 0) return unit(difference_);
     if (k == 1) {
@@ -52,6 +56,7 @@ class Directions {
   }
 
  private:
+  /// The component of x perpendicular to an edge; computed twice, against rounding.
   static Vector perpendicular(const Vector& x, const Vector& edge) {
     const double square = edge.squaredNorm();
     if (!(square > 0)) return Vector::Zero();
@@ -60,7 +65,8 @@ class Directions {
   }
 
   int firsts_;
-  Vector edges_[3], difference_;
+  Vector edges_[3];    ///< of the face, or of the two edges; the last is not used for edges
+  Vector difference_;  ///< from the nearest point of the second feature to that of the first
 };
 
 /// A lower bound of the first zero on [0, 1] of a cubic polynomial given by its Bernstein
@@ -69,9 +75,10 @@ class Directions {
 double firstZero(const std::array<double, 4>& coefficients) {
   if (!(coefficients[0] > 0)) return 0;
   double zero = 1;
+  // Lines from a positive coefficient i to a later one that is not positive. (If an earlier one is
+  // not positive, the line from coefficient 0 to that one meets 0 earlier.)
   for (int i = 0; i < 4; ++i)
-    for (int j = i + 1; j < 4;
-         ++j) {  // for j < i, the line from coefficient 0 to j meets 0 earlier
+    for (int j = i + 1; j < 4; ++j) {
       const double above = coefficients[std::size_t(i)], below = coefficients[std::size_t(j)];
       if (above > 0 && below <= 0)
         zero = std::min(zero, (i + (j - i) * (above / (above - below))) / 3);
@@ -81,12 +88,13 @@ double firstZero(const std::array<double, 4>& coefficients) {
 
 }  // namespace
 
-/// A direction that rotates over time: a quadratic curve through three directions, as Bernstein
-/// coefficients.
+/// A direction that rotates over time: a quadratic curve through the directions at the begin, in
+/// the middle and at the end of a time interval, as Bernstein coefficients.
 struct MovingFeatures::Turn {
   Point control[3];
   double length;  ///< upper bound of the vectors' lengths
 
+  /// A direction and its opposite separate equally well, so signs are chosen for a short curve.
   Turn(const Point& now, Point middle, Point later) {
     if (middle.dot(now) < 0) middle = -middle;
     if (later.dot(middle) < 0) later = -later;
@@ -100,7 +108,7 @@ struct MovingFeatures::Turn {
 MovingFeatures::MovingFeatures(FeatureKind kind, const Corners& start, const Corners& end,
                                double error)
     : firsts_(kind == FeatureKind::EdgeEdge ? 2 : 1) {
-  double apart = 0, moved = 0;
+  double apart = 0, moved = 0;  // the largest 1-norms
   for (std::size_t i = 0; i < 4; ++i) {
     start_[i] = start[i] - start[0];
     motion_[i] = end[i] - start[i];
@@ -110,14 +118,12 @@ MovingFeatures::MovingFeatures(FeatureKind kind, const Corners& start, const Cor
   slack_ = 64 * kUnit * (apart + moved) + 4 * error + std::numeric_limits<double>::min();
 }
 
-Corners MovingFeatures::at(double t) const {
+Corners MovingFeatures::cornersAt(double t) const {
   Corners corners;
   for (std::size_t i = 0; i < 4; ++i) corners[i] = start_[i] + t * motion_[i];
   return corners;
 }
 
-/// How long the features stay farther apart than `target` along a direction; 0 if they are not
-/// farther apart now.
 double MovingFeatures::stepAlong(const Point& direction, const Corners& now, double target) const {
   double position[4], speed[4];
   for (std::size_t i = 0; i < 4; ++i) {
@@ -134,9 +140,8 @@ double MovingFeatures::stepAlong(const Point& direction, const Corners& now, dou
   return step;
 }
 
-/// Returns the share of the time between `now` and `later` for which the features stay apart along
-/// a direction that rotates in between. The gap of two corners is a cubic polynomial in time, which
-/// lies in the convex hull of its Bernstein coefficients.
+/// The gap of two corners along the direction is a cubic polynomial in time, which lies in the
+/// convex hull of its Bernstein coefficients.
 double MovingFeatures::shareAlong(const Turn& turn, const Corners& now, const Corners& later,
                                   double target) const {
   double positions[3][2][4];  // along each control vector, now and later
@@ -158,16 +163,17 @@ double MovingFeatures::shareAlong(const Turn& turn, const Corners& now, const Co
   return share;
 }
 
+/// Conservative advancement: each step leads to a time up to which the features certainly stay
+/// apart, along one direction (stepAlong) or, farther, along a direction that rotates (shareAlong).
 double MovingFeatures::timeOfImpact(double separation, double until) const {
   // Nearly all pairs take fewer than 20 steps. Edges that rotate and stay nearly parallel and near
   // each other take hundreds; to end sooner would report an impact that never happens.
   constexpr int kMostSteps = 20000;
   const double target = separation * (1 + 4 * kUnit) + slack_;
-  double t = 0, look = 4;  // look-ahead, as a multiple of the step along one direction
+  double t = 0, look_ahead = 4;  // as a multiple of the step along one direction
   for (int count = 0; count < kMostSteps; ++count) {
-    const double least =
-        t * (1 + 16 * kUnit);  // a step that does not exceed this makes no progress
-    const Corners now = at(t);
+    const double least = t * (1 + 16 * kUnit);  // a later time counts as progress
+    const Corners now = cornersAt(t);
     const Directions directions(firsts_, now);
     double step = 0;
     int best = 0;
@@ -178,13 +184,13 @@ double MovingFeatures::timeOfImpact(double separation, double until) const {
       step = std::max(step, along);
     }
     if (!(t + step > least)) return t;
-    const double farther = std::min(t + look * step, 1.);
-    const Corners later = at(farther);
-    const Turn turn(directions[best], Directions(firsts_, at((t + farther) / 2))[best],
+    const double end = std::min(t + look_ahead * step, 1.);
+    const Corners later = cornersAt(end);
+    const Turn turn(directions[best], Directions(firsts_, cornersAt((t + end) / 2))[best],
                     Directions(firsts_, later)[best]);
     const double share = shareAlong(turn, now, later, target);
-    look = share == 1 ? 8 * look : std::max(2., 2 * share * look);
-    t = std::max(t + step, t + share * (1 - 4 * kUnit) * (farther - t));
+    look_ahead = share == 1 ? 8 * look_ahead : std::max(2., 2 * share * look_ahead);
+    t = std::max(t + step, t + share * (1 - 4 * kUnit) * (end - t));
   }
   return t;
 }

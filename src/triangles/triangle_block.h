@@ -9,14 +9,15 @@
 #include "base/vectors.h"
 #include "triangles/triangle_pairs.h"
 
+// Lower bounds of distances of four and four triangles, those of two leaves, in single precision.
 namespace adaptive_bvh {
 
 /// Four triangles in single precision, relative to a nearby origin.
 struct Triangles4 {
   Vector4x3 corner[3];
 
-  /// Sets the triangle of one lane. `scale` is a power of two. The relative error of a component is
-  /// u = 2^-24.
+  /// Sets the triangle of one lane to (points - origin) * scale, where `scale` is a power of two.
+  /// The relative error of a component is u = 2^-24.
   template <typename Point>
   void set(int lane, const std::array<Point, 3>& points, const fcl::Vector3d& origin,
            double scale) {
@@ -99,7 +100,7 @@ class TriangleBlock {
   float slack() const { return 4 * margin_[0]; }
 
  private:
-  static constexpr float kUnit = 1.f / (1 << 24);
+  static constexpr float kUnit = 1.f / (1 << 24);  ///< unit roundoff
 
   /// The separation minus the largest rounding error.
   ADAPTIVE_BVH_INLINE Float4 certain(const Float4& separation) const {
@@ -136,14 +137,16 @@ class TriangleBlock {
 class LeafSlab {
  public:
   LeafSlab() = default;
-  /// Lanes without a triangle repeat another one. `error` bounds the error of a component of a
-  /// corner; all components are below 2.
+  /// The slab around the triangles with these corners, one in each lane; lanes without a triangle
+  /// repeat another one. `error` bounds the error of a component of a corner; all components are
+  /// below 2.
   ADAPTIVE_BVH_INLINE LeafSlab(const Vector4x3 (&corners)[3], float distance, float error) {
     const Vector4x3 normals = vectors::cross(vectors::difference(corners[1], corners[0]),
                                              vectors::difference(corners[2], corners[0]));
     const Vector4x3 first = {float4::broadcast<0>(normals.x), float4::broadcast<0>(normals.y),
                              float4::broadcast<0>(normals.z)};
     const auto faces_back = vectors::dot(normals, first) < float4::all(0);
+    // The normals that look away from the first one are negated, so that they do not cancel.
     const auto sum = [&](const Float4& v) -> Float4 {
       return float4::all(packs::sum(faces_back ? -v : v));
     };
@@ -159,8 +162,8 @@ class LeafSlab {
     above_ = float4::all(packs::largest(range.high)) + margin;
   }
 
-  /// A bit for each of four other triangles that is certainly farther than the distance from all of
-  /// these.
+  /// A bit for each of four other triangles that is certainly farther than the distance from all
+  /// triangles of the slab.
   ADAPTIVE_BVH_INLINE unsigned apart(const Vector4x3 (&corners)[3]) const {
     const Range range = along(corners);
     return float4::bits((range.low > above_) | (range.high < below_));
@@ -173,6 +176,7 @@ class LeafSlab {
   struct Range {
     Float4 low, high;
   };
+  /// The range of each triangle's corners along the slab's normal.
   ADAPTIVE_BVH_INLINE Range along(const Vector4x3 (&corners)[3]) const {
     using float4::lower;
     using float4::upper;
@@ -182,8 +186,8 @@ class LeafSlab {
     return {lower<Float4>(lower<Float4>(a, b), c), upper<Float4>(upper<Float4>(a, b), c)};
   }
 
-  Vector4x3 normal_;
-  Float4 below_, above_;
+  Vector4x3 normal_;      ///< of any length, repeated in all lanes
+  Float4 below_, above_;  ///< the planes' heights along the normal, repeated in all lanes
 };
 
 }  // namespace adaptive_bvh

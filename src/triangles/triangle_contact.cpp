@@ -12,6 +12,7 @@ namespace {
 
 using Point = fcl::Vector3d;
 
+/// The normal of a triangle; its length is twice the area.
 Point normalOf(const TrianglePoints<double>& t) { return (t[1] - t[0]).cross(t[2] - t[0]); }
 
 Point longestEdge(const TrianglePoints<double>& t) {
@@ -21,6 +22,8 @@ Point longestEdge(const TrianglePoints<double>& t) {
   return longest;
 }
 
+/// A unit normal for the contact of a and b: the normal of a or the opposite of that of b, or, if
+/// both are thin, a direction perpendicular to their longest edges.
 Point anyNormal(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
   if (!isThin(a)) return normalOf(a).stableNormalized();
   if (!isThin(b)) return -normalOf(b).stableNormalized();
@@ -43,7 +46,8 @@ struct Plane {
 /// The corners of a triangle that are deepest below a plane; none if all corners lie on one side.
 struct Deepest {
   Deepest(const TrianglePoints<double>& triangle, const Plane& plane) {
-    constexpr double kOn = 1e-5, kAsDeep = 1e-6;  // FCL's
+    // FCL's tolerances: for points on the plane, and for corners that are equally deep.
+    constexpr double kOn = 1e-5, kAsDeep = 1e-6;
     bool is_above = true, is_below = true;
     for (const Point& x : triangle) {
       const double below = plane.t - plane.n.dot(x);
@@ -61,7 +65,7 @@ struct Deepest {
   }
 
   double depth = std::numeric_limits<double>::lowest();
-  unsigned count = 0;
+  unsigned count = 0;  ///< number of points: at most two, as in FCL
   Point points[2];
 };
 
@@ -69,16 +73,17 @@ struct Deepest {
 /// one triangle that are deepest below the plane of the other; the triangle whose depth is smaller
 /// supplies them. No points if rounding hides the intersection.
 TriangleContact contactByPlanes(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
-  const Plane of_a(a), of_b(b);
-  const Deepest of_first(a, of_b), of_second(b, of_a);
-  const bool is_second = of_first.depth > of_second.depth;
-  const Deepest& deepest = is_second ? of_second : of_first;
+  const Plane plane_a(a), plane_b(b);
+  const Deepest deepest_a(a, plane_b), deepest_b(b, plane_a);
+  const bool takes_b = deepest_a.depth > deepest_b.depth;
+  const Deepest& deepest = takes_b ? deepest_b : deepest_a;
   return {deepest.count,
           {deepest.points[0], deepest.points[1]},
-          is_second ? of_a.n : Point(-of_b.n),
+          takes_b ? plane_a.n : Point(-plane_b.n),
           deepest.depth};
 }
 
+/// Whether a contact has points and only finite numbers.
 bool isComplete(const TriangleContact& contact) {
   bool finite = contact.normal.allFinite() && std::isfinite(contact.depth);
   for (unsigned i = 0; i < contact.count; ++i) finite = finite && contact.points[i].allFinite();
@@ -93,9 +98,8 @@ Point nearestPoint(const TrianglePoints<double>& t, const Point& x) {
   return nearest;
 }
 
-/// Compares the sine of the angle between the edges, times their lengths over the longest edge's,
-/// with the square root of epsilon. Below that, the error of the normal's direction is as large as
-/// the triangle is wide.
+/// Whether twice the area is at most sqrt(epsilon) of the square of the longest edge. Then the
+/// error of the normal's direction is as large as the triangle is wide.
 bool isThin(const TrianglePoints<double>& t) {
   return normalOf(t).norm() <=
          std::sqrt(rounding::epsilon<double>()) * longestEdge(t).squaredNorm();

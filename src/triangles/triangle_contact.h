@@ -10,22 +10,22 @@ namespace adaptive_bvh {
 template <typename S>
 using TrianglePoints = std::array<fcl::Vector3<S>, 3>;
 
+/// Converts the corners to the number type `To`.
 template <typename To, typename From>
 TrianglePoints<To> pointsAs(const TrianglePoints<From>& t) {
   return {t[0].template cast<To>(), t[1].template cast<To>(), t[2].template cast<To>()};
 }
 
+/// A point of each of two objects.
 template <typename S>
 struct PointPair {
   fcl::Vector3<S> first, second;
 };
 
-/// The point of the triangle nearest to `x`. The triangle may be degenerate to a segment or a
-/// point.
+/// The point of the triangle nearest to `x`. The triangle may be a segment or a point.
 fcl::Vector3d nearestPoint(const TrianglePoints<double>& triangle, const fcl::Vector3d& x);
 
-/// Whether the triangle is so close to a segment or a point that its normal is dominated by
-/// rounding.
+/// Whether the triangle is so nearly a segment or a point that rounding dominates its normal.
 bool isThin(const TrianglePoints<double>& triangle);
 
 /// The fields of FCL's contact, in the frame of the triangles.

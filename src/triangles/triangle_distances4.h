@@ -14,21 +14,22 @@ struct Nearness4 {
 
 /// Decides in single precision whether four pairs of triangles p and q are nearer than a limit.
 ///
-/// The distance of two points, one of each triangle, is an upper bound; a gap along a line is a
-/// lower bound. Both use the nearest features found. Rounding errors of that search do not matter,
-/// because the points are points of the triangles and the line is a line. Only the last few
-/// operations are subject to rounding, and `margin` covers it: docs/bounds.md, 16.
+/// The distance of two points, one of each triangle, is an upper bound of their distance; the gap
+/// along a line is a lower bound. The points are the nearest ones found, and the line is the one
+/// between them. Rounding errors of the search for them do not matter, because any points of the
+/// triangles and any line give valid bounds. Only the last few operations are subject to rounding,
+/// and `margin_` covers it: docs/bounds.md, 16.
 class TriangleDistances4 {
  public:
-  /// The triangles p, relative to their first corners.
+  /// The triangles p: their first corners, and the vectors from these to the other corners.
   struct Seen {
     Seen() = default;
-    explicit Seen(const Vector4x3 (&corners)[3]) : from(corners[0]) {
-      for (int k = 0; k < 2; ++k) to[k] = vectors::difference(corners[k + 1], from);
+    explicit Seen(const Vector4x3 (&corners)[3]) : first(corners[0]) {
+      for (int k = 0; k < 2; ++k) to[k] = vectors::difference(corners[k + 1], first);
       size = float4::upper<Float4>(vectors::size(to[0]), vectors::size(to[1]));
     }
-    Vector4x3 from, to[2];
-    Float4 size;  ///< the largest absolute component
+    Vector4x3 first, to[2];
+    Float4 size;  ///< the largest absolute component of `to`
   };
 
   /// `error` bounds the error of a component of a corner.
@@ -39,27 +40,27 @@ class TriangleDistances4 {
     p_[2] = p.to[1];
     Float4 size = p.size;
     for (int k = 0; k < 3; ++k) {
-      q_[k] = vectors::difference(q_corners[k], p.from);
+      q_[k] = vectors::difference(q_corners[k], p.first);
       size = float4::upper<Float4>(size, vectors::size(q_[k]));
     }
     margin_ = float4::all(8 * error) + float4::all(64 * kUnit) * size;
   }
 
-  /// Compares the distances of corners and the gap along the line between the centroids with the
-  /// limit. Decides most pairs, at a tenth of the cost of byFeatures. Pairs that are not in `pairs`
-  /// may stay undecided.
+  /// Compares the distances of corners, and the gap along the line between the centroids, with the
+  /// limit. Decides most pairs, at a tenth of the cost of byFeatures. `pairs` has a bit for each
+  /// pair of interest; the others may stay undecided.
   ADAPTIVE_BVH_INLINE Nearness4 byCorners(float limit, unsigned pairs = 15) const {
     Float4 squared = float4::all(std::numeric_limits<float>::max());
     for (const Vector4x3& q : q_) {
-      const Vector4x3 from[3] = {q, vectors::difference(q, p_[1]), vectors::difference(q, p_[2])};
-      for (const Vector4x3& vector : from)
+      const Vector4x3 from_p[3] = {q, vectors::difference(q, p_[1]), vectors::difference(q, p_[2])};
+      for (const Vector4x3& vector : from_p)
         squared = float4::lower<Float4>(squared, vectors::dot(vector, vector));
     }
     const unsigned near = isNear(squared, limit);
     if (!(pairs & ~near)) return {near, 0};
-    Nearest middles;
-    middles.consider(vectors::difference(sum(q_), sum(p_)));
-    return {near, apart(middles, limit)};
+    Nearest centroids;  // three times the vector between them
+    centroids.consider(vectors::difference(sum(q_), sum(p_)));
+    return {near, apart(centroids, limit)};
   }
 
   /// Compares the nearest points of edges and faces with the limit.
@@ -74,10 +75,10 @@ class TriangleDistances4 {
   }
 
  private:
-  static constexpr float kUnit = 1.f / (1 << 24);
-  static constexpr float kSquares = 16 * kUnit;
-  static constexpr float kLeast = 1e-30f;      // the least divisor
-  static constexpr float kLeastLine = 1e-20f;  // the least squared length of a line
+  static constexpr float kUnit = 1.f / (1 << 24);  // unit roundoff
+  static constexpr float kSquares = 16 * kUnit;    // relative error of compared squares
+  static constexpr float kLeast = 1e-30f;          // the least divisor
+  static constexpr float kLeastLine = 1e-20f;      // the least squared length of a line
 
   /// The shortest vector found so far from p to q.
   struct Nearest {
@@ -85,12 +86,13 @@ class TriangleDistances4 {
     Vector4x3 vector = {float4::all(0), float4::all(0), float4::all(0)};
 
     ADAPTIVE_BVH_INLINE void consider(const Vector4x3& w) {
-      const Float4 other = vectors::dot(w, w);
-      keep(other < squared, other, w);
+      const Float4 square = vectors::dot(w, w);
+      keep(square < squared, square, w);
     }
+    /// Takes the vector w, whose square is given, in the lanes of `is_nearer`.
     template <typename Mask>
-    ADAPTIVE_BVH_INLINE void keep(const Mask& is_nearer, const Float4& other, const Vector4x3& w) {
-      squared = is_nearer ? other : squared;
+    ADAPTIVE_BVH_INLINE void keep(const Mask& is_nearer, const Float4& square, const Vector4x3& w) {
+      squared = is_nearer ? square : squared;
       vector.x = is_nearer ? w.x : vector.x;
       vector.y = is_nearer ? w.y : vector.y;
       vector.z = is_nearer ? w.z : vector.z;
@@ -104,9 +106,9 @@ class TriangleDistances4 {
     return float4::lower<Float4>(float4::upper<Float4>(v, float4::all(0)), float4::all(1));
   }
 
-  /// Considers the nearest points of all pairs of edges, parallel ones included: first the point on
-  /// the second edge nearest to the first edge, then the point on the first edge nearest to that
-  /// point.
+  /// Considers the nearest points of all pairs of edges, parallel ones included: clamps the lines'
+  /// nearest point to the first edge (parameter s), takes the point of the second edge nearest to
+  /// it (t), then the point of the first edge nearest to that one (s).
   ADAPTIVE_BVH_INLINE void considerEdges(Nearest& nearest) const {
     Vector4x3 p_edge[3], q_edge[3];
     Float4 p_squared[3], q_squared[3], p_inverse[3], q_inverse[3];
@@ -134,10 +136,10 @@ class TriangleDistances4 {
       }
   }
 
-  /// Considers the corners x of one triangle and their projections on the face of the other. `sign`
-  /// is 1 if the face belongs to p.
+  /// Considers the corners of one triangle and their projections on the face of the other, if they
+  /// lie inside the face. `sign` is 1 if the face belongs to p, else -1.
   ADAPTIVE_BVH_INLINE static void considerFaces(Nearest& nearest, const Vector4x3 (&face)[3],
-                                                const Vector4x3 (&x)[3], float sign) {
+                                                const Vector4x3 (&corners)[3], float sign) {
     const Vector4x3 u = vectors::difference(face[1], face[0]),
                     v = vectors::difference(face[2], face[0]), normal = vectors::cross(u, v);
     const Float4 inverse =
@@ -145,7 +147,7 @@ class TriangleDistances4 {
     const Vector4x3 to_u = vectors::scaled(vectors::cross(v, normal), inverse),
                     to_v = vectors::scaled(vectors::cross(normal, u), inverse);
     const Float4 zero = float4::all(0), one = float4::all(1), signs = float4::all(sign);
-    for (const Vector4x3& corner : x) {
+    for (const Vector4x3& corner : corners) {  // its projection is face[0] + s u + t v
       const Vector4x3 w = vectors::difference(corner, face[0]);
       const Float4 s = vectors::dot(w, to_u), t = vectors::dot(w, to_v);
       const Vector4x3 vector = vectors::scaled(
@@ -156,7 +158,7 @@ class TriangleDistances4 {
     }
   }
 
-  /// A bit for each pair whose two points are certainly nearer than the limit.
+  /// A bit for each pair whose points, at this squared distance, are certainly within the limit.
   ADAPTIVE_BVH_INLINE unsigned isNear(const Float4& squared, float limit) const {
     const Float4 within = float4::upper<Float4>(float4::all(limit) - margin_, float4::all(0));
     return float4::bits(squared * float4::all(1 + kSquares) < within * within);
@@ -176,7 +178,7 @@ class TriangleDistances4 {
   }
 
   Vector4x3 p_[3], q_[3];  ///< relative to the first corner of p
-  Float4 margin_;
+  Float4 margin_;          ///< bound of the rounding errors of a length
 };
 
 }  // namespace adaptive_bvh

@@ -25,14 +25,16 @@ class NearestOfFeatures {
   double distance() const { return std::sqrt(least_); }
 
  private:
-  void considerVertex(const fcl::Vector3d& vertex, const Face& face, fcl::Vector3d& at_vertex,
-                      fcl::Vector3d& at_face) {
+  /// Considers a vertex of one triangle and the face of the other. If they are nearer, sets
+  /// `of_vertex` and `of_face`, the points of pair_ that belong to these triangles.
+  void considerVertex(const fcl::Vector3d& vertex, const Face& face, fcl::Vector3d& of_vertex,
+                      fcl::Vector3d& of_face) {
     fcl::Vector3d on_face;
     const double square = face.squaredDistance(vertex, on_face);
     if (!(square < least_)) return;
     least_ = square;
-    at_vertex = vertex;
-    at_face = on_face;
+    of_vertex = vertex;
+    of_face = on_face;
   }
   /// Considers interior points of two edges; their ends are considered as vertices.
   void considerEdges(std::size_t i, std::size_t j) {
@@ -48,22 +50,23 @@ class NearestOfFeatures {
 
   const Face a_, b_;
   PointPair<double> pair_;
-  double least_ = std::numeric_limits<double>::infinity();
+  double least_ = std::numeric_limits<double>::infinity();  ///< squared distance of the pair
 };
 
-/// Finds nearest points together with a proof. The slab between the two planes through the points,
-/// perpendicular to the line between them, must have each triangle on its own side, up to a
-/// tolerance; then the points are right, however they were found. Tries the nearest points of all
-/// edges, and of corners and faces, at a fifth of the cost of NearestOfFeatures, which also works
-/// for needle-shaped faces.
+/// Finds nearest points together with a proof: the triangles lie on different sides of the slab
+/// between the two planes through the points, perpendicular to the line between them, up to a
+/// tolerance. Then the points are right, however they were found. Tries the nearest points of all
+/// edges, and of corners and faces, at a fifth of the cost of NearestOfFeatures. May fail for
+/// needle-shaped faces, and fails for triangles that touch.
 class SeparatedPoints {
  public:
   /// `extent` is that of both triangles together.
   SeparatedPoints(const TrianglePoints<double>& a, const TrianglePoints<double>& b, double extent)
       : a_(a), b_(b), tolerance_(kTolerance * extent), least_(kLeast * extent * kLeast * extent) {}
 
+  /// Returns whether nearest points were found.
   bool find() {
-    fcl::Vector3d u[3], v[3];
+    fcl::Vector3d u[3], v[3];  // the edges of a and b
     double uu[3], vv[3], inverse_uu[3], inverse_vv[3];
     for (std::size_t k = 0; k < 3; ++k) {
       u[k] = a_[(k + 1) % 3] - a_[k];
@@ -78,6 +81,7 @@ class SeparatedPoints {
     double best = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t j = 0; j < 3; ++j) {
+        // The parameters s and t of the nearest points of edge i of a and edge j of b.
         const fcl::Vector3d w = b_[j] - a_[i];
         const double uv = u[i].dot(v[j]), uw = u[i].dot(w), vw = v[j].dot(w),
                      across = uu[i] * vv[j] - uv * uv;
@@ -92,11 +96,11 @@ class SeparatedPoints {
         if (!(square < best)) continue;
         best = square;
         const fcl::Vector3d on_a = s * u[i], on_b = t * v[j];
-        // The third corners reject nearly all candidates.
+        // Tests only the corners that are not on the two edges; they reject nearly all candidates.
         if (u[(i + 2) % 3].dot(between) + on_a.dot(between) < -tolerance_ * between.lpNorm<1>() ||
             v[(j + 2) % 3].dot(between) + on_b.dot(between) > tolerance_ * between.lpNorm<1>())
           continue;
-        if (take(a_[i] + on_a, b_[j] + on_b, between)) return true;
+        if (accept(a_[i] + on_a, b_[j] + on_b, between)) return true;
       }
     return findAbove(a_, u, b_, 1) || findAbove(b_, v, a_, -1);
   }
@@ -105,7 +109,9 @@ class SeparatedPoints {
   double distance() const { return distance_; }
 
  private:
-  static constexpr double kTolerance = 10 * 0x1p-53, kLeast = 16 * 0x1p-52, kUnderflow = 0x1p-900;
+  /// Relative to the extent: the tolerance of the proof, and the least distance that it can prove.
+  static constexpr double kTolerance = 10 * 0x1p-53, kLeast = 16 * 0x1p-52;
+  static constexpr double kUnderflow = 0x1p-900;  // products of smaller squares may underflow
 
   /// Tries the corner nearest to the plane of a face, if all corners are on one side of the plane.
   /// `sign` is 1 if the face belongs to a.
@@ -115,7 +121,7 @@ class SeparatedPoints {
     const double square = normal.squaredNorm();
     if (!(square > kUnderflow)) return false;
     std::size_t nearest = 0;
-    std::array<double, 3> heights;
+    std::array<double, 3> heights;  // times the normal's length
     for (std::size_t k = 0; k < 3; ++k) {
       heights[k] = normal.dot(corners[k] - face[0]);
       if (std::fabs(heights[k]) < std::fabs(heights[nearest])) nearest = k;
@@ -131,12 +137,12 @@ class SeparatedPoints {
     }
     const fcl::Vector3d foot =
         face[0] + (weights[2] / sum) * edges[0] - (weights[0] / sum) * edges[2];
-    return sign > 0 ? take(foot, corner, corner - foot) : take(corner, foot, foot - corner);
+    return sign > 0 ? accept(foot, corner, corner - foot) : accept(corner, foot, foot - corner);
   }
 
   /// Accepts two points, one of each triangle, if all corners lie beyond the two planes through
-  /// them.
-  bool take(const fcl::Vector3d& on_a, const fcl::Vector3d& on_b, const fcl::Vector3d& between) {
+  /// them. `between` is on_b - on_a.
+  bool accept(const fcl::Vector3d& on_a, const fcl::Vector3d& on_b, const fcl::Vector3d& between) {
     const double square = between.squaredNorm(), tolerance = tolerance_ * between.lpNorm<1>();
     if (!(square > least_)) return false;
     for (std::size_t k = 0; k < 3; ++k)
@@ -148,11 +154,12 @@ class SeparatedPoints {
   }
 
   const TrianglePoints<double>&a_, &b_;
-  const double tolerance_, least_;
+  const double tolerance_, least_;  ///< length; squared length
   PointPair<double> points_;
   double distance_ = 0;
 };
 
+/// The longest side of the box around both triangles.
 double extentOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
   fcl::Vector3d low = a[0], high = a[0];
   for (const TrianglePoints<double>* t : {&a, &b})
@@ -163,7 +170,7 @@ double extentOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b
   return (high - low).maxCoeff();
 }
 
-/// The gap by all pairs of features. `unit` is the enlargement for the extent of both triangles.
+/// The gap by all pairs of features, in coordinates enlarged by `unit` (rounding::enlargement).
 TriangleGap gapOfFeatures(const TrianglePoints<double>& a, const TrianglePoints<double>& b,
                           double unit) {
   const auto gap = [](const TrianglePoints<double>& p, const TrianglePoints<double>& q) {
@@ -189,7 +196,7 @@ TriangleGap gapOf(const TrianglePoints<double>& a, const TrianglePoints<double>&
   if (common.isCrossing()) return {common.crossing(), 0};
   const TriangleGap nearest = gapOfFeatures(a, b, unit);
   if (common.exists()) return {nearest.points, 0};
-  constexpr double kLeast = std::numeric_limits<double>::denorm_min();
+  constexpr double kLeast = std::numeric_limits<double>::denorm_min();  // 0 would mean contact
   return {nearest.points, std::max(nearest.distance, kLeast)};
 }
 

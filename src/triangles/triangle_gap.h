@@ -27,17 +27,19 @@ S distanceAs(double distance) {
 /// (triangle_intersection.h); then both points are a common point, up to rounding.
 TriangleGap gapOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b);
 
-/// Rounding errors of distances of bodies. Separations along a line have an error relative to the
-/// magnitude of coordinates; distances of nearest points, which may exceed the triangles' distance,
-/// one relative to the distance. docs/bounds.md, 5.
+/// Rounding errors of distances of bodies. The error of a separation along a line is relative to
+/// the magnitude of the coordinates; the error of a distance of nearest points, which may exceed
+/// the triangles' distance, is relative to the distance. docs/bounds.md, 5.
 class DistanceRounding {
  public:
-  explicit DistanceRounding(double numbers) : of_separations_(8 * 0x1p-52 * numbers) {}
+  /// `magnitude` bounds the coordinates of both bodies (C in docs/bounds.md).
+  explicit DistanceRounding(double magnitude) : of_separations_(8 * 0x1p-52 * magnitude) {}
 
+  /// A bound of the error of a separation along a line.
   double ofSeparations() const { return of_separations_; }
   /// Whether bodies at this rounded distance certainly do not touch.
   bool isClear(double distance) const { return distance > 4 * of_separations_; }
-  /// A lower limit: candidates that are not nearer than it count as equal to `distance`.
+  /// The distance minus both errors: candidates that are not nearer count as equally near.
   double below(double distance) const {
     return distance - (of_separations_ + 18 * 0x1p-52 * distance);
   }
@@ -46,27 +48,27 @@ class DistanceRounding {
   double of_separations_;
 };
 
-/// Whether two triangles are certainly farther apart than `distance`, separated along a normal or a
-/// product of two edges. Detects most pairs that are farther, and is much cheaper than gapOf.
-/// docs/bounds.md, 16.
+/// Whether two triangles are certainly farther apart than `distance`, by their gap along a normal
+/// or along the cross product of an edge of each. Detects most pairs that are farther, and is much
+/// cheaper than gapOf. docs/bounds.md, 16.
 inline bool areSurelyFarther(const TrianglePoints<double>& a, const TrianglePoints<double>& b,
                              double distance) {
-  const std::array<fcl::Vector3d, 5> seen = {a[1] - a[0], a[2] - a[0], b[0] - a[0], b[1] - a[0],
-                                             b[2] - a[0]};
+  const std::array<fcl::Vector3d, 5> from_a = {a[1] - a[0], a[2] - a[0], b[0] - a[0], b[1] - a[0],
+                                               b[2] - a[0]};
   double extent = 0;
-  for (const fcl::Vector3d& x : seen)
+  for (const fcl::Vector3d& x : from_a)
     extent = std::max(extent, x.template lpNorm<Eigen::Infinity>());
   const double enough = distance * (1 + 0x1p-40) + 0x1p-45 * extent;
   const auto areFartherAlong = [&](const fcl::Vector3d& n) {
-    const double a1 = n.dot(seen[0]), a2 = n.dot(seen[1]);
-    const double b0 = n.dot(seen[2]), b1 = n.dot(seen[3]), b2 = n.dot(seen[4]);
+    const double a1 = n.dot(from_a[0]), a2 = n.dot(from_a[1]);
+    const double b0 = n.dot(from_a[2]), b1 = n.dot(from_a[3]), b2 = n.dot(from_a[4]);
     const double gap = std::max(std::min({b0, b1, b2}) - std::max({0., a1, a2}),
                                 std::min({0., a1, a2}) - std::max({b0, b1, b2}));
     return gap > enough * n.norm() + 0x1p-960;
   };
-  const std::array<fcl::Vector3d, 3> a_edges = {seen[0], seen[1], seen[1] - seen[0]},
-                                     b_edges = {seen[3] - seen[2], seen[4] - seen[2],
-                                                seen[4] - seen[3]};
+  const std::array<fcl::Vector3d, 3> a_edges = {from_a[0], from_a[1], from_a[1] - from_a[0]},
+                                     b_edges = {from_a[3] - from_a[2], from_a[4] - from_a[2],
+                                                from_a[4] - from_a[3]};
   if (areFartherAlong(a_edges[0].cross(a_edges[1])) ||
       areFartherAlong(b_edges[0].cross(b_edges[1])))
     return true;

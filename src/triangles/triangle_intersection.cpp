@@ -19,8 +19,9 @@ double signOf(double determinant, double size, const Vector& a, const Vector& b,
   return orientations::isCertain(determinant, size) ? determinant : exactOrientation(a, b, c, d);
 }
 
-/// The side of the face's plane on which each point x lies, as the sign of det(b - a, c - a, a -
-/// x); the first two vectors are the same for all points.
+/// The side of the plane of a face (a, b, c) on which each point x lies: the sign of det(b - a, c -
+/// a, a - x), which equals that of orientation(a, b, c, x). The first two vectors are the same for
+/// all points.
 std::array<double, 3> sidesOf(const Triangle& face, const Triangle& points) {
   const Vector p = face[1] - face[0], q = face[2] - face[0], normal = p.cross(q);
   const double size = largest(p) * largest(q);
@@ -52,10 +53,10 @@ bool passesThrough(const Vector& p, const Vector& q, const Triangle& face) {
   return is_left != is_right;
 }
 
-/// The parameter, from p to q, at which the segment crosses the face's plane; p and q lie on
+/// The parameter, 0 at p and 1 at q, at which a segment crosses the face's plane; p and q lie on
 /// opposite sides. Computed without cancellation: for needles, double precision would leave hardly
 /// a correct digit.
-double shareUpTo(const Triangle& face, const Vector& p, const Vector& q) {
+double planeShare(const Triangle& face, const Vector& p, const Vector& q) {
   ExactSum above, whole;
   addOrientation(above, face[0], face[1], face[2], p);
   addOrientation(whole, face[0], face[1], face[2], p);
@@ -63,23 +64,26 @@ double shareUpTo(const Triangle& face, const Vector& p, const Vector& q) {
   return above.value() / whole.value();
 }
 
-/// Projects points of one plane along an axis that does not lie in that plane.
-class View {
+/// Decides about points of one plane, in a projection along a coordinate axis across that plane.
+class Projection {
  public:
-  explicit View(int axis) : i_((axis + 1) % 3), j_((axis + 2) % 3) {}
+  explicit Projection(int axis) : i_((axis + 1) % 3), j_((axis + 2) % 3) {}
 
+  /// 1 if p, q, r are counter-clockwise in the projection, -1 if clockwise, 0 if collinear.
   int turn(const Vector& p, const Vector& q, const Vector& r) const {
     return planarOrientation(p[i_], p[j_], q[i_], q[j_], r[i_], r[j_]);
   }
+  /// Whether the projected triangle has no area.
   bool isThin(const Triangle& t) const { return turn(t[0], t[1], t[2]) == 0; }
 
+  /// Whether the segments from p to q and from r to s have a common point.
   bool segmentsMeet(const Vector& p, const Vector& q, const Vector& r, const Vector& s) const {
     const int at_r = turn(p, q, r), at_s = turn(p, q, s), at_p = turn(r, s, p),
               at_q = turn(r, s, q);
     if (at_r * at_s > 0 || at_p * at_q > 0) return false;
     if (at_r || at_s || at_p || at_q) return true;
-    return overlap(p[i_], q[i_], r[i_], s[i_]) &&
-           overlap(p[j_], q[j_], r[j_], s[j_]);  // all are collinear
+    // All are collinear.
+    return overlap(p[i_], q[i_], r[i_], s[i_]) && overlap(p[j_], q[j_], r[j_], s[j_]);
   }
 
   /// Whether a triangle, which is not thin in this projection, contains x.
@@ -94,29 +98,31 @@ class View {
   }
 
  private:
+  /// Whether the intervals between p and q and between r and s overlap.
   static bool overlap(double p, double q, double r, double s) {
     return std::max(p, q) >= std::min(r, s) && std::max(r, s) >= std::min(p, q);
   }
 
-  int i_, j_;
+  int i_, j_;  ///< the coordinates that remain
 };
 
 /// An axis along which the projected triangle is not thin; 3 if the triangle is a segment or a
 /// point.
 int axisAcross(const Triangle& t) {
   int axis = 0;
-  while (axis < 3 && View(axis).isThin(t)) ++axis;
+  while (axis < 3 && Projection(axis).isThin(t)) ++axis;
   return axis;
 }
 
 /// Whether two coplanar triangles intersect, projected along `axis`.
 bool meetInPlane(const Triangle& a, const Triangle& b, int axis) {
-  const View view(axis);
+  const Projection projection(axis);
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j)
-      if (view.segmentsMeet(a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3])) return true;
+      if (projection.segmentsMeet(a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3])) return true;
   // If the boundaries do not intersect, one triangle may be inside the other.
-  return (!view.isThin(a) && view.contains(a, b[0])) || (!view.isThin(b) && view.contains(b, a[0]));
+  return (!projection.isThin(a) && projection.contains(a, b[0])) ||
+         (!projection.isThin(b) && projection.contains(b, a[0]));
 }
 
 /// Whether two triangles that are both degenerate to segments or points intersect.
@@ -128,13 +134,14 @@ bool segmentsMeet(const Triangle& a, const Triangle& b) {
   const auto [a_first, a_last] = std::minmax_element(a.begin(), a.end(), isBefore);
   const auto [b_first, b_last] = std::minmax_element(b.begin(), b.end(), isBefore);
   if (orientation(*a_first, *a_last, *b_first, *b_last) != 0) return false;
-  for (const Triangle& seen :
+  // The plane of both segments, given by three ends that are not collinear.
+  for (const Triangle& ends :
        {Triangle{*a_first, *a_last, *b_first}, Triangle{*a_first, *a_last, *b_last},
         Triangle{*b_first, *b_last, *a_first}, Triangle{*b_first, *b_last, *a_last}}) {
-    const int axis = axisAcross(seen);
-    if (axis < 3) return View(axis).segmentsMeet(*a_first, *a_last, *b_first, *b_last);
+    const int axis = axisAcross(ends);
+    if (axis < 3) return Projection(axis).segmentsMeet(*a_first, *a_last, *b_first, *b_last);
   }
-  return !isBefore(*a_last, *b_first) && !isBefore(*b_last, *a_first);
+  return !isBefore(*a_last, *b_first) && !isBefore(*b_last, *a_first);  // all are on one line
 }
 
 }  // namespace
@@ -160,9 +167,9 @@ bool TriangleIntersection::findCrossing(const Triangle& edges, const Triangle& f
                                         const Sides& sides) {
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t next = (k + 1) % 3;
-    const double above = sides[k], below = sides[next];
-    const bool is_across = (above > 0) != (below > 0) || (above < 0) != (below < 0);
-    if (!is_across || !passesThrough(edges[k], edges[next], face)) continue;
+    const bool is_on_one_side = (sides[k] > 0) == (sides[next] > 0) &&
+                                (sides[k] < 0) == (sides[next] < 0);  // or lies in the plane
+    if (is_on_one_side || !passesThrough(edges[k], edges[next], face)) continue;
     edges_ = &edges;
     edge_ = k;
     return true;
@@ -173,7 +180,8 @@ bool TriangleIntersection::findCrossing(const Triangle& edges, const Triangle& f
 PointPair<double> TriangleIntersection::crossing() const {
   const Triangle& face = edges_ == &a_ ? b_ : a_;
   const Vector &p = (*edges_)[edge_], &q = (*edges_)[(edge_ + 1) % 3];
-  const Vector on_edge = p + shareUpTo(face, p, q) * (q - p), on_face = nearestPoint(face, on_edge);
+  const Vector on_edge = p + planeShare(face, p, q) * (q - p),
+               on_face = nearestPoint(face, on_edge);
   return edges_ == &a_ ? PointPair<double>{on_edge, on_face} : PointPair<double>{on_face, on_edge};
 }
 
@@ -187,24 +195,25 @@ PointPair<double> TriangleIntersection::crossing() const {
 /// and b are on the same side of it.
 bool meetBeyondShared(const Triangle& p, const std::array<unsigned, 3>& of_p, const Triangle& q,
                       const std::array<unsigned, 3>& of_q) {
-  std::size_t shared = 0, own_p[3], own_q[3], num_p = 0, num_q = 0, in_p[3] = {0, 0, 0};
+  std::size_t shared[3] = {0, 0, 0}, num_shared = 0;     // corners of p that are shared
+  std::size_t own_p[3], own_q[3], num_p = 0, num_q = 0;  // corners that are not shared
   for (std::size_t i = 0; i < 3; ++i) {
     const bool is_shared = of_p[i] == of_q[0] || of_p[i] == of_q[1] || of_p[i] == of_q[2];
     if (is_shared)
-      in_p[shared++] = i;
+      shared[num_shared++] = i;
     else
       own_p[num_p++] = i;
   }
   for (std::size_t i = 0; i < 3; ++i)
     if (of_q[i] != of_p[0] && of_q[i] != of_p[1] && of_q[i] != of_p[2]) own_q[num_q++] = i;
-  if (shared == 0) return touch(p, q);
+  if (num_shared == 0) return touch(p, q);
   if (axisAcross(p) == 3 || axisAcross(q) == 3) return false;
-  if (shared == 3) return true;
-  if (shared == 2) {
-    const Vector &u = p[in_p[0]], &v = p[in_p[1]], &a = p[own_p[0]], &b = q[own_q[0]];
+  if (num_shared == 3) return true;
+  if (num_shared == 2) {
+    const Vector &u = p[shared[0]], &v = p[shared[1]], &a = p[own_p[0]], &b = q[own_q[0]];
     if (orientation(u, v, a, b) != 0) return false;
     for (int k = 0; k < 3; ++k)
-      if (View(k).turn(u, v, a) * View(k).turn(u, v, b) > 0) return true;
+      if (Projection(k).turn(u, v, a) * Projection(k).turn(u, v, b) > 0) return true;
     return false;
   }
   return touch({p[own_p[0]], p[own_p[1]], p[own_p[1]]}, q) ||

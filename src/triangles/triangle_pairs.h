@@ -10,22 +10,23 @@ namespace adaptive_bvh {
 struct PairError {
   float position;  ///< error of a component of a corner
   float share;     ///< error of a component, relative to the extent of the pair
-  float least;     ///< error of a product: covers underflow in FCL's test and in this one
+  float least;     ///< error of a product by underflow, in FCL's test and in this one
   /// Not an error: pairs count as apart if they are farther apart than this, 0 or more.
   float distance = 0;
 };
 
-/// The certain results of FCL's test for pairs of triangles; a bit for each pair.
+/// The pairs of triangles that FCL's test certainly reports apart or touching; a bit for each pair.
+/// A pair may be in neither.
 struct PairVerdicts {
   unsigned apart, touching;
 };
 
-/// Pairs of triangles p and q, one in each lane, tested like FCL tests them. FCL projects both
-/// triangles on seventeen axes (the normals, the products of an edge of p and one of q, the
-/// products of edges and normals), and reports them apart if their projections on one axis are
-/// disjoint. This class tries the same axes in single precision. If the gap of two projections
-/// exceeds the errors of both computations, FCL finds a gap, too; if they overlap by more than the
-/// errors on every axis, FCL finds no gap. docs/bounds.md, 13.
+/// Pairs of triangles p and q, one in each lane of the pack P, tested like FCL tests them. FCL
+/// projects both triangles on seventeen axes (the normals, the cross products of an edge of p and
+/// one of q, the cross products of edges and normals), and reports them apart if their projections
+/// on one axis are disjoint. This class tries the same axes in single precision. If the gap of two
+/// projections exceeds the errors of both computations, FCL finds a gap, too; if they overlap by
+/// more than the errors on every axis, FCL finds no gap. docs/bounds.md, 13.
 template <typename P>
 class PackedTrianglePairs {
  public:
@@ -44,17 +45,17 @@ class PackedTrianglePairs {
     }
   }
 
-  /// From corners as sums of two numbers: the second is the rounding error of the first.
+  /// From corners as sums of two numbers: the residual is the rounding error of the first number.
   ADAPTIVE_BVH_INLINE PackedTrianglePairs(const Vector (&p_corners)[3],
                                           const Vector (&p_residuals)[3],
                                           const Vector (&q_corners)[3],
                                           const Vector (&q_residuals)[3])
       : PackedTrianglePairs(p_corners, q_corners) {
-    const PackedTrianglePairs lost(p_residuals, q_residuals);
+    const PackedTrianglePairs residuals(p_residuals, q_residuals);
     for (int k = 0; k < 3; ++k) {
-      p_edges[k] = vectors::sum(p_edges[k], lost.p_edges[k]);
-      q_edges[k] = vectors::sum(q_edges[k], lost.q_edges[k]);
-      q[k] = vectors::sum(q[k], lost.q[k]);
+      p_edges[k] = vectors::sum(p_edges[k], residuals.p_edges[k]);
+      q_edges[k] = vectors::sum(q_edges[k], residuals.q_edges[k]);
+      q[k] = vectors::sum(q[k], residuals.q[k]);
     }
   }
 
@@ -93,7 +94,7 @@ class PackedTrianglePairs {
     const Sizes sizes(*this, error);
     const Vector p_normal = cross(p_edges[0], p_edges[1]);
     const Vector q_normal = cross(q_edges[0], q_edges[1]);
-    // The largest of all gaps, minus and plus its margin.
+    // The largest of all gaps, minus its margin (and the distance) and plus its margin.
     P low = packs::filled<P>(kLowest), high = low;
     const auto add = [&](const P& gap, const P& margin, const Vector& axis) {
       low = upper<P>(low, gap - (margin + sizes.distanceAlong(axis)));
@@ -111,10 +112,10 @@ class PackedTrianglePairs {
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) addAxis(cross(p_edges[i], q_edges[j]), margin);
     const P zero = packs::filled<P>(0);
-    const unsigned solid =
+    const unsigned are_not_thin =
         packs::bits((vectors::size(p_normal) > sizes.p * sizes.p * packs::filled<P>(kThin)) &
                     (vectors::size(q_normal) > sizes.q * sizes.q * packs::filled<P>(kThin)));
-    return {packs::bits(low > zero), packs::bits(high < zero) & solid};
+    return {packs::bits(low > zero), packs::bits(high < zero) & are_not_thin};
   }
 
  private:
@@ -123,7 +124,8 @@ class PackedTrianglePairs {
   /// thin (triangle_contact.h). For pairs of such triangles FCL's test alone decides.
   static constexpr float kThin = 1.f / (1 << 9);
 
-  /// Sizes of the two triangles and of both together, and the errors of products of these.
+  /// Bounds of the components of the edges of p, of the edges of q, and of all differences of two
+  /// corners (`extent`), input errors included; and the errors of products of these.
   struct Sizes {
     ADAPTIVE_BVH_INLINE Sizes(const PackedTrianglePairs& pairs, const PairError& e) {
       p = largest(pairs.p_edges);
@@ -171,14 +173,17 @@ class PackedTrianglePairs {
   struct Range {
     P low, high;
   };
+  /// The smallest range that contains three numbers.
   ADAPTIVE_BVH_INLINE static Range range(const P& a, const P& b, const P& c) {
     using packs::lower;
     using packs::upper;
     return {lower(lower(a, b), c), upper(upper(a, b), c)};
   }
+  /// The gap of two ranges; minus their overlap if they overlap.
   ADAPTIVE_BVH_INLINE static P gap(const Range& a, const Range& b) {
     return packs::upper<P>(a.low - b.high, b.low - a.high);
   }
+  /// The projections of p and of q on an axis, relative to the first corner of p.
   ADAPTIVE_BVH_INLINE Range pAlong(const Vector& axis) const {
     return range(packs::filled<P>(0), vectors::dot(axis, p_edges[0]),
                  -vectors::dot(axis, p_edges[2]));
@@ -187,7 +192,7 @@ class PackedTrianglePairs {
     return range(vectors::dot(axis, q[0]), vectors::dot(axis, q[1]), vectors::dot(axis, q[2]));
   }
   ADAPTIVE_BVH_INLINE P gap(const Vector& axis) const { return gap(pAlong(axis), qAlong(axis)); }
-  /// The gap along the normal of p or of q, on which that triangle projects to one point.
+  /// The gap along the normal of p or of q; the triangle itself projects on it to one point.
   ADAPTIVE_BVH_INLINE P gapAlongP(const Vector& normal) const {
     return gap({packs::filled<P>(0), packs::filled<P>(0)}, qAlong(normal));
   }

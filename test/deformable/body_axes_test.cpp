@@ -9,7 +9,7 @@
 namespace adaptive_bvh_test {
 namespace body_axes_test {
 
-using adaptive_bvh::BestFitTurn;
+using adaptive_bvh::BestFitRotation;
 using adaptive_bvh::Topology;
 
 class BestFit : public testing::Test {
@@ -34,7 +34,7 @@ class BestFit : public testing::Test {
     model_.computeLocalAABB();
   }
 
-  bool turnsNow() { return fit_.turn(model_.vertices, axes_); }
+  bool turnsNow() { return fit_.update(model_.vertices, axes_); }
 
   static fcl::Matrix3<double> turn(double angle, const fcl::Vector3d& axis) {
     return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
@@ -44,7 +44,7 @@ class BestFit : public testing::Test {
   fcl::BVHModel<BV> model_;
   Topology topology_;
   fcl::Matrix3d axes_;
-  BestFitTurn fit_;
+  BestFitRotation fit_;
 };
 
 /// A body turned and carried along, by any rotation of more than 12 degrees: the axes are turned

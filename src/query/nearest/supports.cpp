@@ -18,9 +18,9 @@ SlotRange slotsOf(const WideTree& tree, int begin, int end) {
   const WideNode& last = tree.nodes()[end - 1];   // a leaf
   const auto first = std::size_t(tree.nodes()[begin].first),
              behind = std::size_t(last.first) + last.count;
-  const unsigned block = slots.block(behind - 1);
-  const std::size_t next = behind < slots.leaves() ? slots.block(behind) : slots.used();
-  return {slots.block(first),
+  const unsigned block = slots.blockStart(behind - 1);
+  const std::size_t next = behind < slots.leaves() ? slots.blockStart(behind) : slots.used();
+  return {slots.blockStart(first),
           next != block ? next : std::min<std::size_t>(block + VertexSlots::kBlock, slots.used())};
 }
 
