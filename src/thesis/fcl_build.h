@@ -11,9 +11,10 @@ namespace adaptive_bvh {
 
 /// The splitter that a model passes to FCL (`bv_splitter`), so that FCL's build produces our tree.
 ///
-/// FCL shares it with the copies that fcl::collide makes of a const model, one per calling thread,
-/// and calls set() ... clear(): a splitter with state in the object itself crashes plain FCL there.
-/// Ours stores its state per thread, so one splitter of each kind serves all models and threads.
+/// FCL shares the splitter with the copies that fcl::collide makes of a const model, one per
+/// calling thread, and calls set() ... clear() on it for each: plain FCL's splitter, which has its
+/// state in the object, crashes there. Ours stores its state per thread, so one splitter of each
+/// kind serves all models and threads.
 template <typename BV>
 std::shared_ptr<fcl::detail::BVSplitterBase<BV>> sharedSplitter(HierarchyStrategy strategy);
 
