@@ -18,7 +18,7 @@ std::array<unsigned, 4> quadOf(const VertexIndices& s, const VertexIndices& t) {
     return (triangle[0] == v) + (triangle[1] == v) + (triangle[2] == v);
   };
   const int in_t[3] = {has(t, s[0]), has(t, s[1]), has(t, s[2])};
-  const std::size_t i = !in_t[0] ? 0 : !in_t[1] ? 1 : 2;               // s[i] is not in t
+  const std::size_t i = !in_t[0] ? 0 : !in_t[1] ? 1 : 2;            // s[i] is not in t
   const std::size_t j = !has(s, t[0]) ? 0 : !has(s, t[1]) ? 1 : 2;  // t[j] is not in s
   const unsigned ends[2] = {s[(i + 1) % 3], s[(i + 2) % 3]};
   // A triangle may repeat a vertex.

@@ -53,8 +53,8 @@ class BottomUpSplitter final : public fcl::detail::BVSplitterBase<BV> {
     build.mesh.triangles = type == fcl::BVH_MODEL_TRIANGLES ? triangles : nullptr;
   }
 
-  /// Called for each node in preorder, with its primitives. Builds the whole tree at the root, whose
-  /// primitives are all there are. A leaf needs no rule.
+  /// Called for each node in preorder, with its primitives. Builds the whole tree at the root,
+  /// whose primitives are all there are. A leaf needs no rule.
   void computeRule(const BV&, unsigned* primitives, int count) override {
     Build& build = current();
     if (build.nodes == 0 && count > 1)

@@ -19,7 +19,7 @@ struct PlacedModel {
   using S = typename BV::S;
 
   const fcl::BVHModel<BV>* model = nullptr;
-  TraversalStatistics* statistics = nullptr;  ///< null for a plain FCL model
+  TraversalStatistics* statistics = nullptr;               ///< null for a plain FCL model
   fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();  ///< from the model's frame to the world
 
   /// The triangles for addContactsOf.

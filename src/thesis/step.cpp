@@ -52,8 +52,8 @@ void recordRoot(const UpdateTarget<BV>& target, Method& method, bool refitted) {
 /// Moves and inflates all volumes. Returns false if single precision cannot express the motion or
 /// the body; then the update's state must be reset.
 template <typename BV, typename Scope>
-bool moveVolumes(const UpdateTarget<BV>& target, Scope& scope, const typename Scope::Summary& summary,
-                 UpdateReport& report) {
+bool moveVolumes(const UpdateTarget<BV>& target, Scope& scope,
+                 const typename Scope::Summary& summary, UpdateReport& report) {
   auto& method = scope.method();
   if (!method.canFollow(summary.largestDisplacement())) return false;
   method.accept(target, summary);
@@ -67,7 +67,8 @@ bool moveVolumes(const UpdateTarget<BV>& target, Scope& scope, const typename Sc
 /// moveVolumes.
 template <typename BV, typename Scope>
 bool followPositions(const UpdateTarget<BV>& target, Scope& scope,
-                     const typename Scope::Summary& summary, UpdateReport& report, Stopwatch& watch) {
+                     const typename Scope::Summary& summary, UpdateReport& report,
+                     Stopwatch& watch) {
   if (!moveVolumes(target, scope, summary, report)) return false;
   report.propagation_seconds = watch.lap();
   const auto refits = scope.refit();
@@ -133,7 +134,8 @@ bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
   return true;
 }
 
-/// Returns the positions, or a copy in `copies` if some lie in arrays that the step writes or frees.
+/// Returns the positions, or a copy in `copies` if some lie in arrays that the step writes or
+/// frees.
 template <typename BV>
 const fcl::Vector3<typename BV::S>* outsideOwnArrays(
     const fcl::BVHModel<BV>& model, const StepInput<typename BV::S>& input,

@@ -38,10 +38,10 @@ class AllVertices {
   Summary read() {
     method_.begin(target_, input_);
     PerThread<Summary> summaries(pool_.size());
-    pool_.forEachPart(
-        Method::readSize(target_), pool_.size(), [&](int first, int last, int thread) {
-          summaries[thread].add(method_.read(target_, input_, first, last));
-        });
+    pool_.forEachPart(Method::readSize(target_), pool_.size(),
+                      [&](int first, int last, int thread) {
+                        summaries[thread].add(method_.read(target_, input_, first, last));
+                      });
     return summaries.sum([](auto& all, const auto& some) { all.add(some); });
   }
 

@@ -21,8 +21,8 @@ namespace adaptive_bvh {
 ///   over all visits exceeds t. So one number per node suffices, and queries do not need the
 ///   policy. Ten bits of mantissa suffice, because it affects only the amount of work, not results.
 ///
-/// All this is packed in one word per node, with the epoch in which it was written. An update clears
-/// all words at once by starting a new epoch.
+/// All this is packed in one word per node, with the epoch in which it was written. An update
+/// clears all words at once by starting a new epoch.
 ///
 /// Queries access the model as const on many threads. They only increase parts of words, by relaxed
 /// atomic operations, so their order does not matter and no lock is needed. The update reads and

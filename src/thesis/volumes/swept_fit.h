@@ -165,8 +165,8 @@ struct LeastRectangle {
 /// The direction of the least bounding rectangle of the points' x and y, or nearly. Principal axes
 /// do not determine it for a square, and mislead for an L shape. A side of the least rectangle
 /// passes through two of the points: for up to four points all pairs are tried. For more points,
-/// four directions 22.5 degrees apart are tried, and the best one is refined by steps of half and of
-/// a quarter of that angle.
+/// four directions 22.5 degrees apart are tried, and the best one is refined by steps of half and
+/// of a quarter of that angle.
 template <typename S>
 Direction<S> bestDirection(const PointArrays<S>& points) {
   LeastRectangle<S> least(points);
@@ -229,8 +229,8 @@ Extent<S> heights(const PointArrays<S>& points) {
 /// Replaces `best` by the best shape whose side has this direction, if that has less area; `turned`
 /// are the points along that side. A sphere of half the thickness is the smallest possible, but not
 /// always the best: over a dome, a larger sphere lets the rectangle end far inside the rim. So two
-/// larger ones are tried as well, unless the points are too flat for that to matter. Returns whether
-/// they were tried.
+/// larger ones are tried as well, unless the points are too flat for that to matter. Returns
+/// whether they were tried.
 template <typename S>
 bool improve(Shape<S>& best, const PointArrays<S>& turned, const Direction<S>& side) {
   const Extent<S> z = heights(turned);

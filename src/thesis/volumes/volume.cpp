@@ -12,9 +12,10 @@ S Volume<fcl::RSS<S>>::distanceToRectangle(const BV& bv, const Point& p) {
 }
 
 // Let a0, a1 be the axes, l0, l1 the sides, v = p - To, u the unit roundoff. For any x in [0, l0]
-// and y in [0, l1], q = To + a0 x + a1 y is a point of the rectangle, so |p - q| bounds the distance
-// whatever the rounding of x and y. Let w = p - q exactly. The error of a component of the computed
-// w is at most 3u (|v_i| + |a0_i x| + |a1_i y|), hence the vector's at most 3u (|v| + 1.01 (x + y))
+// and y in [0, l1], q = To + a0 x + a1 y is a point of the rectangle, so |p - q| bounds the
+// distance whatever the rounding of x and y. Let w = p - q exactly. The error of a component of the
+// computed w is at most 3u (|v_i| + |a0_i x| + |a1_i y|), hence the vector's at most 3u (|v| + 1.01
+// (x + y))
 // <= 3u |w| + 6.1u (l0 + l1), with |v| <= |w| + 1.01 (x + y) and axes of length at most 1.01. The
 // norm adds 3u and underflow adds tiny. So the exact distance is at most d (1 + 6u) + 6.2u (l0 +
 // l1) + tiny, where d is the computed one. The error bound below (epsilon = 2u) is twice the
