@@ -11,7 +11,8 @@
 
 namespace adaptive_bvh {
 
-/// The buffers of a glTF document; each is read or decoded when first needed.
+/// The buffers of a glTF document: in the binary file itself, in other files, or in data URIs. Each
+/// is read or decoded when first needed.
 class GltfBuffers {
  public:
   /// `chunk` is the embedded buffer of a binary file (.glb).
@@ -30,8 +31,8 @@ class GltfBuffers {
 
   std::string chunk_;
   NamedFiles files_;
-  std::deque<std::string> decoded_;                ///< from data URIs
-  std::map<const Json*, std::string_view> known_;  ///< results of bytesOf
+  std::deque<std::string> decoded_;                  ///< contents of data URIs
+  std::map<const Json*, std::string_view> buffers_;  ///< results of bytesOf
 };
 
 }  // namespace adaptive_bvh
