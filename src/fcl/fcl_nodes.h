@@ -1,7 +1,5 @@
 #pragma once
 
-#include <limits>
-
 #include "dispatch/octree_nodes.h"
 #include "fcl/model_pairs.h"
 #include "thesis/volumes/volume.h"

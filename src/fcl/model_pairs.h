@@ -15,8 +15,7 @@ struct PlacedGeometry {
 };
 
 /// Queries of a model and a shape by FCL's traversal, with recording of statistics. The library's
-/// own tests decide about a triangle and the shape. The model is the first object in the result, as
-/// FCL orders the pair.
+/// own tests decide about a triangle and the shape. The model is the first object in the result.
 template <typename BV>
 void modelShapeDistance(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& shape,
                         const DistanceQuery<typename BV::S>& query);

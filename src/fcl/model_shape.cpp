@@ -12,8 +12,7 @@
 #include "thesis/volumes/volume.h"
 
 // Distance and collision of a model and a shape: FCL's traversal of the model and a box around the
-// shape finds triangles, and the searches of dispatch/shape_triangles.h test them, in double
-// precision.
+// shape finds triangles, and dispatch/shape_triangles.h tests them, in double precision.
 namespace adaptive_bvh {
 namespace {
 
@@ -43,8 +42,7 @@ struct FclBoxTraversal<fcl::OBBRSS<S>> {
   using Distance = fcl::detail::MeshShapeDistanceTraversalNodeOBBRSS<fcl::Box<S>, NoSolver>;
 };
 
-/// FCL's collision traversal, which calls test(triangle) for each triangle that it reaches, until
-/// that returns true.
+/// FCL's collision traversal: calls test(triangle) for triangles that it reaches, until it is true.
 template <typename BV>
 class TouchingNode : public FclBoxTraversal<BV>::Collision {
  public:

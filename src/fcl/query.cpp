@@ -30,8 +30,7 @@ const DeformableMesh<S>* meshOf(const fcl::CollisionGeometry<S>& geometry) {
              ? static_cast<const DeformableMesh<S>*>(&geometry)
              : nullptr;
 }
-/// Returns the mesh of an adaptive model with volumes BV; null for any other geometry. Throws if
-/// the model has no mesh.
+/// The mesh of an AdaptiveBVHModel<BV>; null for other geometry. Throws if the model has none.
 template <typename S, typename BV>
 const DeformableMesh<S>* meshOfModel(const fcl::CollisionGeometry<S>& geometry) {
   const auto* model = dynamic_cast<const AdaptiveBVHModel<BV>*>(&geometry);
@@ -76,8 +75,7 @@ struct ModelOrOther {
   PlacedModel<BV> model;  ///< its `model` is null for any other geometry
 };
 
-/// Runs the recorded query of a pair, with the model first. Returns false if there is none, so that
-/// FCL's query must be run.
+/// Runs the recorded query of a pair, with the model first. Returns false if there is none.
 template <typename BV, typename Run>
 bool runModels(const ModelOrOther<BV>& first, const ModelOrOther<BV>& second, const Run& run) {
   for (const ModelOrOther<BV>* object : {&first, &second})
@@ -112,8 +110,7 @@ struct MeshOrPart {
 };
 
 /// Calls search(pair, first, o1, second, o2): `pair` has the functions for two objects of these
-/// kinds, `first` and `second` are the objects in the order of FCL's results, and o1 and o2 their
-/// geometries.
+/// kinds, which are passed with their geometries in the order of FCL's results.
 template <typename S, typename Search>
 void searchInOrder(const MeshOrPart<S>& a, const MeshOrPart<S>& b, const Search& search) {
   const QueryObject first(a.inDouble()), second(b.inDouble());
@@ -124,8 +121,7 @@ void searchInOrder(const MeshOrPart<S>& a, const MeshOrPart<S>& b, const Search&
     search(pair, first, a.geometry, second, b.geometry);
 }
 
-/// Runs the query of a pair. Returns false if FCL's query must be run instead. Throws if neither
-/// supports the pair.
+/// Runs the query of a pair. Returns false if FCL's must be run. Throws if neither exists.
 template <typename S, typename Run>
 bool dispatch(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second, const Run& run) {
   if (meshOf(*first.geometry) || meshOf(*second.geometry)) {
@@ -180,8 +176,7 @@ struct RunDistance {
   }
 };
 
-/// Throws std::invalid_argument unless both objects can be queried as solid bodies: octrees cannot,
-/// and models only by their mesh.
+/// Throws for octrees and models (not their meshes): they cannot be queried as solid bodies.
 template <typename S>
 void requireSolids(const fcl::CollisionGeometry<S>& first,
                    const fcl::CollisionGeometry<S>& second) {

@@ -54,8 +54,7 @@ bool hasDistance(fcl::NODE_TYPE a, fcl::NODE_TYPE b) {
 }
 
 /// Whether a collision query of the library or of FCL answers for the pair. FCL's table has entries
-/// that crash: a plane or half-space with a mesh of axis-aligned volumes, and a plane with a
-/// convex.
+/// that crash: planes and half-spaces with meshes of axis-aligned volumes, planes with convexes.
 bool hasCollision(fcl::NODE_TYPE a, fcl::NODE_TYPE b) {
   const auto isKnown = [](fcl::NODE_TYPE x) {
     return isMesh(x) || isBounded(x) || isUnbounded(x) || isOctree(x);

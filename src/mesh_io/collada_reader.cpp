@@ -153,8 +153,7 @@ class ColladaReader {
     return number;
   }
 
-  /// The geometry of a controller, which is a skin or a morph. Its source is a geometry or another
-  /// controller.
+  /// The geometry of a skin or a morph, whose source is a geometry or another controller.
   const XmlElement& geometryOf(const std::string& url) {
     std::string source = url;
     std::vector<const XmlElement**> unresolved;  // where to store the geometry of each controller

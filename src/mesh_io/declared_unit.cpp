@@ -35,8 +35,7 @@ XmlElement rootOf(std::string_view text) {
   return parseXml(std::string(text.substr(begin, end - begin)) + (is_empty ? ">" : "/>"));
 }
 
-/// The name of the model file in a 3MF archive, which its file of relationships gives; empty if
-/// there is none.
+/// The name of the model file, which a 3MF archive gives in a list of relationships; or empty.
 std::string modelOf(const ZipArchive& archive) {
   const auto text = archive.find("_rels/.rels");
   const XmlElement root = text ? parseXml(*text) : XmlElement();

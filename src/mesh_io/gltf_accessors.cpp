@@ -8,7 +8,6 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The type of number with this code.
 BinaryType typeOf(std::size_t component_type) {
   switch (component_type) {
     case 5120: return {'i', 1};
@@ -36,7 +35,6 @@ std::size_t indexOf(double index, std::size_t count) {
                            std::to_string(count));
 }
 
-/// The type of number of a list of indices.
 BinaryType indexTypeOf(const Json& source) {
   const BinaryType type = typeOf(countAt(source, "componentType"));
   if (type.kind == 'f') throw std::runtime_error("a list of indices is not of integers");

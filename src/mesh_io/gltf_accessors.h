@@ -29,11 +29,9 @@ class GltfAccessors {
   GltfAccessors(const Json& gltf, GltfBuffers buffers, std::size_t bytes)
       : gltf_(gltf), buffers_(std::move(buffers)), bytes_(bytes), limit_(kReadsTooOften, bytes) {}
 
-  /// The positions of an accessor.
-  std::vector<fcl::Vector3d> positions(const Json& accessor);
+  std::vector<fcl::Vector3d> positions(const Json& accessor);  ///< the positions of an accessor
 
-  /// The indices of an accessor, each below `vertices`. If `accessor` is null, all vertices in
-  /// order.
+  /// The indices of an accessor, each below `vertices`; if it is null, all vertices in order.
   std::vector<std::size_t> indices(const Json* accessor, std::size_t vertices);
 
   /// The total bytes of the document and of the buffers that were read.

@@ -9,7 +9,6 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Decodes base64.
 std::string fromBase64(std::string_view text) {
   std::string bytes;
   std::uint32_t group = 0;  // bits that are read; the lowest `bits` of them are not yet written

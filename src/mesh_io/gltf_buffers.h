@@ -19,8 +19,7 @@ class GltfBuffers {
   GltfBuffers(std::string chunk, NamedFiles files)
       : chunk_(std::move(chunk)), files_(std::move(files)) {}
 
-  /// The bytes of a buffer; the view stays valid as long as this object. Throws std::runtime_error
-  /// if they cannot be read.
+  /// The bytes of a buffer, valid as long as this object. Throws std::runtime_error on failure.
   std::string_view bytesOf(const Json& buffer);
 
   /// The total bytes of all files that were read.

@@ -17,8 +17,7 @@ using Json = nlohmann::json;
 /// `container` is null. (glTF 2 refers to elements by index, glTF 1 by key.)
 const Json& at(const Json& container, const Json& key);
 
-/// The member of an object as a count; `otherwise` if it is missing. Throws std::runtime_error if
-/// it is not a count.
+/// The member as a count; `otherwise` if it is missing. Throws std::runtime_error for other values.
 std::size_t countAt(const Json& container, const char* key, std::size_t otherwise = 0);
 
 /// The member of an object as a string; empty if it is missing or not a string.

@@ -192,8 +192,7 @@ class GltfReader {
 };
 
 /// Reads a binary file: a header of three words, then chunks of JSON and of bytes, each after its
-/// length and its type. Version 1 has a header of five words, JSON, and bytes: its last two words
-/// are read like those of a chunk.
+/// length and its type. Version 1 is read as a single chunk of JSON, and bytes.
 FileScene readBinary(const std::string& bytes, NamedFiles files) {
   const bool is_old = bytes.size() >= 20 && wordAt(bytes, 4) == 1;
   std::string parts[2];

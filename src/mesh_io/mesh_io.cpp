@@ -9,7 +9,6 @@
 #include <iterator>
 #include <new>
 #include <optional>
-#include <stdexcept>
 
 #include "formats.h"
 #include "printable.h"
@@ -131,13 +130,11 @@ FileScene readScene(const std::string& path, const MeshLoadOptions& options) {
 
 namespace {
 
-/// Throws the error of `loadMesh`.
 [[noreturn]] void fail(const std::string& path, const std::string& reason) {
   throw MeshLoadError(printable("cannot load mesh '" + path + "': " + reason));
 }
 
-/// The directions right, up and towards the viewer (columns) for this up axis, as Collada defines
-/// them.
+/// The directions right, up and towards the viewer (columns), as Collada defines them.
 Eigen::Matrix3d axesOf(UpAxis up) {
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
   if (up == UpAxis::X) axes << 0, 1, 0, -1, 0, 0, 0, 0, 1;

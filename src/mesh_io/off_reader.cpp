@@ -20,7 +20,6 @@ class Header {
  public:
   explicit Header(Words& text) : text_(text) {}
 
-  /// The next word; empty at the end.
   std::string_view next() {
     std::string_view word = line_.next(), line;
     while (word.empty() && nextLine(text_, line)) word = (line_ = Words(line)).next();

@@ -126,8 +126,7 @@ class PlanarPredicates {
  private:
   static constexpr std::size_t kExactSteps = 60, kTestSteps = 4;  ///< work, see WorkLimit
 
-  /// Whether a segment's interval [from, to] is outside the interval of a triangle's three
-  /// coordinates.
+  /// Whether the interval of a segment is outside that of a triangle's three coordinates.
   static bool areOnOneSide(double a, double b, double c, double from, double to) {
     return std::max(from, to) <= std::min({a, b, c}) || std::min(from, to) >= std::max({a, b, c});
   }

@@ -108,7 +108,6 @@ class Body {
     if (is_ascii_ && !nextLine()) throw std::runtime_error("it ends early");
   }
 
-  /// The next number of the element.
   double next(BinaryType type) { return is_ascii_ ? nextOfLine(type) : nextBinary(type); }
 
   /// Throws if the line of a text continues.

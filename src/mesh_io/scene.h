@@ -1,14 +1,12 @@
 #pragma once
 
 #include <cstddef>
-#include <string>
 #include <vector>
 
 #include "adaptive_bvh/mesh_io.h"
 #include "planar.h"
 
-// The content of a mesh file, which every reader returns: nodes that place meshes of polygons; and
-// limits on its size.
+// What readers of files return: nodes that place meshes of polygons. Limits on its size.
 namespace adaptive_bvh {
 
 /// Positions, and polygonal faces.
@@ -80,8 +78,7 @@ constexpr std::size_t kMostElements = 500000;
 /// Limits the number of elements that a file produces, before memory is allocated for them.
 class ElementLimit {
  public:
-  /// The limit is `most` or `kMostElements`, whichever is greater. `cause` begins the message of
-  /// the exception.
+  /// The limit is the greater of `most` and `kMostElements`. `cause` begins the message.
   ElementLimit(const char* cause, std::size_t most) : cause_(cause), allowed_(most) {}
 
   /// Increases the limit, because the bytes of another file were read.

@@ -23,8 +23,7 @@ std::size_t payloadOf(std::string_view bytes, std::size_t facet) {
   return static_cast<std::size_t>(numberAt(bytes, facet + kFacet - 2, {'u', 2}));
 }
 
-/// The end of the last payload if all attribute counts are payloads; greater than the file size if
-/// they cannot be.
+/// The end of the last payload, read as such; greater than the file size if none can be.
 std::size_t endOfPayloads(std::string_view bytes) {
   const std::size_t facets = wordAt(bytes, kHeader - 4);
   std::size_t position = kHeader;
@@ -47,8 +46,7 @@ bool hasPayloads(std::string_view bytes, std::size_t facets) {
                            std::to_string(bytes.size()));
 }
 
-/// Whether the file is binary: by its length, whatever its first word is, or by a zero byte, which
-/// text does not contain.
+/// Whether the file is binary: by its length, whatever its first word is, or by a zero byte.
 bool isBinary(std::string_view bytes) {
   if (bytes.size() < kHeader) return false;
   return hasLengthOfBinaryStl(bytes) || bytes.find('\0') != bytes.npos ||

@@ -59,7 +59,6 @@ class JsonCheck : public nlohmann::json_sax<Json> {
   const std::string& error() const { return error_; }
 
  private:
-  /// Begins an array or object.
   bool enter() {
     open_.emplace_back();
     if (open_.size() > kMostLevels)

@@ -24,8 +24,7 @@ class EarClipping {
   explicit EarClipping(WorkLimit& work) : work_(work), exact_(work) {}
 
   /// Sets `ears` to the triangles. Returns false if there is no such triangulation, or if the work
-  /// limit is exceeded. `points` are counter-clockwise; `rotated` are the same points in the
-  /// PlanarFrame of the boxes.
+  /// limit is exceeded. `rotated` are the points in the PlanarFrame of the boxes.
   bool run(const std::vector<PlanarPoint>& points, const std::vector<PlanarPoint>& rotated,
            std::vector<Ear>& ears) {
     points_ = &points;
@@ -46,7 +45,6 @@ class EarClipping {
   }
 
  private:
-  /// Starts with all corners.
   void start() {
     edges_ = {};
     remaining_ = points_->size();
@@ -59,8 +57,7 @@ class EarClipping {
   }
 
   /// Removes corners that satisfy `isRemovable`, in rounds: a corner whose neighbour was removed is
-  /// tested in the next round. Every other corner is tested first, which keeps triangles wide and
-  /// their boxes apart.
+  /// tested in the next round. Every other corner is tested first, which keeps triangles wide.
   template <typename Predicate>
   void removeAll(const Predicate& isRemovable) {
     this_round_.clear();

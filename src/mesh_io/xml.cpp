@@ -2,7 +2,6 @@
 #include "xml.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "scene.h"
 #include "tokens.h"
@@ -19,7 +18,6 @@ std::string withPlainSpaces(std::string_view value) {
   return plain;
 }
 
-/// Parses a text from its beginning to its end.
 class XmlParser {
  public:
   explicit XmlParser(const std::string& text) : text_(text) {}

@@ -6,7 +6,6 @@
 
 namespace adaptive_bvh {
 
-/// An element of an XML text.
 struct XmlElement {
   std::string name;
   std::vector<std::pair<std::string, std::string>> attributes;  ///< names and values

@@ -5,7 +5,6 @@
 #include <array>
 #include <cstdint>
 #include <stdexcept>
-#include <vector>
 
 #include "tokens.h"
 
@@ -80,7 +79,6 @@ class HuffmanCode {
 /// The codes of literals and lengths, and of distances.
 using Codes = std::array<HuffmanCode, 2>;
 
-/// The codes of a block with fixed codes.
 Codes fixedCodes() {
   std::vector<unsigned> lengths(288, 8);
   std::fill(lengths.begin() + 144, lengths.begin() + 256, 9);
@@ -118,8 +116,7 @@ Codes readCodes(Bits& bits) {
 }
 
 /// Reads the extra bits of a symbol that stands for a length (`least` is 3) or a distance (1).
-/// Returns the length or distance. Symbols are in groups of `group`; each group has one more extra
-/// bit than the group before.
+/// Returns the length or distance. Each group of `group` symbols has one more extra bit.
 unsigned readExtended(Bits& bits, unsigned symbol, unsigned group, unsigned least) {
   if (symbol < 2 * group) return least + symbol;
   const unsigned extra = symbol / group - 1;

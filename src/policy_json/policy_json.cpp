@@ -7,8 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-// RefitPolicy to and from JSON: an object with a member for each member of the policy. Enumerations
-// are written as names.
+// RefitPolicy to and from JSON: an object with the policy's members. Enumerations are names.
 namespace adaptive_bvh {
 namespace {
 
@@ -63,8 +62,7 @@ void forEachMember(Policy& policy, Visit&& visit) {
   visit("leaf_radius_may_shrink", policy.leaf_radius_may_shrink);
 }
 
-/// The policy with these members; others have their defaults. Throws std::invalid_argument or
-/// nlohmann::json::exception.
+/// The policy with these members; others are defaults. Throws for members that are not valid.
 RefitPolicy policyFrom(json members) {
   if (!members.is_object()) throw std::invalid_argument("not an object");
   RefitPolicy policy;

@@ -11,8 +11,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// A record with a rectangle, given its first corner, axes and sides; the rest is 0. `low` is
-/// subtracted from the corner.
+/// A record with a rectangle alone. `low` is subtracted from its first corner.
 template <typename S>
 VolumeRecord rectangle(const fcl::Vector3<S>& corner, const fcl::Matrix3<S>& axes, S width,
                        S height, const fcl::Vector3d& low) {
@@ -79,8 +78,7 @@ class VolumeReader {
   }
 
  private:
-  /// Adds the volumes from `node_index` down to the chosen depth, and removes these nodes from
-  /// deeper_refits_.
+  /// Adds the volumes from `node_index` down to the chosen depth; removes them from deeper_refits_.
   void readBelow(int node_index, int depth) {
     const fcl::BVNodeBase& node = model_.getBV(node_index);
     const auto refit = std::lower_bound(deeper_refits_.begin(), deeper_refits_.end(), node_index);

@@ -48,8 +48,7 @@ class BodySource {
 
   /// The kind of its volumes: "none", "swept rectangle" or "box".
   virtual const char* volumeKind() const = 0;
-  /// The chosen volumes, parents first, then the deeper refits. `low` is PointBlock::low of the
-  /// body's positions.
+  /// The chosen volumes, parents first, then deeper refits. `low`: see PointBlock.
   virtual std::vector<VolumeRecord> volumes(const VolumeChoice& choice,
                                             const fcl::Vector3d& low) const = 0;
   /// The last update's report; for a DeformableMesh only its displacement and duration.

@@ -16,8 +16,7 @@ namespace adaptive_bvh {
 /// moving its content, so pointers into it stay valid.
 class Blob {
  public:
-  /// The size of each array is rounded up to a multiple of 12 bytes: 4 for the alignment of
-  /// numbers, 3 for groups of base64.
+  /// Each array takes a multiple of 12 bytes: 4 to align numbers, 3 for groups of base64.
   static constexpr std::size_t kUnit = 12;
 
   /// Appends an array of `count` numbers. Returns a pointer to them, for the caller to write. The
@@ -53,8 +52,7 @@ class Blob {
     }
   }
 
-  /// The number of bytes.
-  std::size_t size() const { return size_; }
+  std::size_t size() const { return size_; }  ///< the number of bytes
   /// The content: all parts, one after the other. The size of each is a multiple of kUnit.
   const std::vector<std::vector<std::uint8_t>>& parts() const { return parts_; }
 

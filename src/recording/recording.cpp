@@ -7,9 +7,7 @@
 #include <map>
 #include <new>
 #include <ostream>
-#include <stdexcept>
 #include <system_error>
-#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -77,8 +75,7 @@ struct NewBody {
   std::string name;
 };
 
-/// Throws unless the body's mesh or model still has the numbers of vertices and triangles with
-/// which it was added.
+/// Throws unless the body's mesh or model has as many vertices and triangles as when it was added.
 void checkCounts(const RecordedBody& body) {
   const int vertices = body.source->vertexCount(), triangles = body.source->triangleCount();
   if (vertices == body.vertices && triangles == body.triangles) return;
@@ -203,8 +200,7 @@ json appendPatches(const TrianglePatches& patches, Blob& blob) {
   return {{"at", begin}, {"count", patches.triangles.size()}};
 }
 
-/// Appends pairs of two points, or of a point and a vector, as two blocks. Leaves out pairs that
-/// are not finite.
+/// Appends pairs of points, or of a point and a vector, as two blocks. Leaves out non-finite pairs.
 json appendPairs(const std::vector<std::array<fcl::Vector3d, 2>>& pairs, Blob& blob) {
   std::array<std::vector<fcl::Vector3d>, 2> columns;
   for (const auto& [a, b] : pairs) {
@@ -261,8 +257,7 @@ struct Recording::State {
   Blob blob;
   /// Adds, moves and removes bodies as in the followed scene; empty if none is followed.
   std::function<void(Recording&)> read_scene;
-  /// The number in `bodies` of each body of the followed scene.
-  std::map<BodyId, int> numbers;
+  std::map<BodyId, int> numbers;  ///< the number in `bodies` of each body of the followed scene
 
   /// Appends the corners of triangles, in 16 bits if `small`. Returns the position in the Blob.
   std::size_t appendCorners(const std::vector<std::uint32_t>& corners, bool small);
@@ -282,8 +277,7 @@ std::size_t Recording::State::appendCorners(const std::vector<std::uint32_t>& co
   return begin;
 }
 
-/// The current state of a body as JSON; null if it was removed. Omits values that equal those of
-/// the previous frame.
+/// The current state of a body as JSON; null if it was removed. Omits unchanged values.
 json Recording::State::record(RecordedBody& body) {
   if (!body.source) return nullptr;
   json now;
@@ -318,7 +312,6 @@ void Recording::State::recordVolumes(RecordedBody& body, bool updated) {
   body.last.volumes = blob.append(volumes);
 }
 
-/// The whole run as JSON.
 std::string Recording::State::runAsJson() const {
   json run = {{"format", 1},
               {"title", options.title},

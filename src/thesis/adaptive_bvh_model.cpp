@@ -2,7 +2,6 @@
 
 #include <mutex>
 #include <new>
-#include <stdexcept>
 #include <utility>
 
 #include "thesis/fcl_build.h"
@@ -172,8 +171,7 @@ bool AdaptiveBVHModel<BV>::hasMesh() const {
 
 /// Repairs a tree that was changed through a fcl::BVHModel&, whose mutators are not virtual. Every
 /// call that reads the tree begins with this. These calls are const in FCL; the repair only
-/// restores the invariant that volumes enclose their triangles. Any number of threads may call this
-/// at once.
+/// restores the invariant that volumes enclose their triangles. Thread-safe.
 template <typename BV>
 void AdaptiveBVHModel<BV>::repair() const {
   repairIfChanged<BV>({const_cast<AdaptiveBVHModel&>(*this), state_->tree}, state_->update);

@@ -82,8 +82,8 @@ std::vector<unsigned> leafOrder(const fcl::BVHModel<BV>& model, int primitives) 
   return order;
 }
 
-/// Whether node i precedes its children, and its range of leaves is that of its left child followed
-/// by that of its right child.
+/// Whether node i precedes its children, and its leaves are its left child's, then its right
+/// child's.
 template <typename BV>
 bool linksHold(const fcl::BVHModel<BV>& model, int i) {
   const fcl::BVNode<BV>& node = model.getBV(i);

@@ -42,7 +42,6 @@ struct Topology {
   /// The index of an inner node among the inner nodes.
   std::size_t innerIndex(int node) const { return static_cast<std::size_t>(left(node) - 1) / 2; }
 
-  /// Reads the topology of a model's tree.
   template <typename BV>
   void assign(const fcl::BVHModel<BV>& model);
 
@@ -63,8 +62,7 @@ class Inflations {
   /// The volume's current radius minus its radius at the last refit.
   float of(int node) const { return inflations_[static_cast<std::size_t>(node)]; }
   void set(int node, float inflation) { inflations_[static_cast<std::size_t>(node)] = inflation; }
-  /// The array of all inflations, indexed by node.
-  float* data() { return inflations_.data(); }
+  float* data() { return inflations_.data(); }  ///< the array of all inflations, indexed by node
 
   /// An upper bound of Volume::cornerSum over all volumes, in the mesh's units.
   S coordinateSum() const { return coordinate_sum_; }
@@ -217,8 +215,7 @@ struct AdaptiveTree {
         refits(other.refits),
         detector(other.detector) {}
 
-  /// The number of times that this data was reset: by builds, repairs, and steps that the volumes
-  /// could not follow.
+  /// The number of times that this data was reset: by builds and repairs.
   int resets = 0;
   Topology topology;
   Inflations<S> inflations;                ///< used with Propagation::TranslationCompensated
@@ -249,11 +246,9 @@ struct UpdateTarget {
   fcl::BVHModel<BV>& model;
   AdaptiveTree<BV>& tree;
 
-  /// The number of nodes.
-  int nodes() const { return model.getNumBVs(); }
+  int nodes() const { return model.getNumBVs(); }  ///< the number of nodes
   BV& volume(int node) const { return model.getBV(node).bv; }
-  /// A volume fitted to the current positions of a node's triangles.
-  BV fitted(int node) const;
+  BV fitted(int node) const;  ///< a volume fitted to the current positions of a node's triangles
 };
 
 /// The nodes in [first, last).

@@ -5,7 +5,6 @@
 
 #include <Eigen/Geometry>
 
-#include "base/leased.h"
 #include "thesis/volumes/swept_fit.h"
 
 namespace adaptive_bvh {

@@ -19,8 +19,7 @@ namespace adaptive_bvh {
 ///   along the known ones has grown by more than RefitPolicy::axes_tolerance.
 ///
 /// Volumes are enlarged by a bound of their rounding errors, so they enclose all triangles:
-/// docs/bounds.md, 11. Use one object per thread; it allocates only when a thread's fits grow in
-/// size.
+/// docs/bounds.md, 11. Use one object per thread; it allocates only when fits grow.
 template <typename BV>
 class BodyFit {
  public:
@@ -31,8 +30,7 @@ class BodyFit {
   BodyFit(const UpdateTarget<BV>& target, const VertexStates<S>& vertices, KeptAxes* kept,
           const RefitPolicy& policy, const FitFunctions& functions);
 
-  /// Fits a node's volume to its triangles, at the latest in `finish`: nodes are collected by kind
-  /// and fitted in groups.
+  /// Fits a node's volume to its triangles, now or later (nodes are fitted in groups).
   void add(int node);
   /// Fits the remaining nodes. Returns the largest Volume::cornerSum of all fitted volumes.
   S finish();

@@ -7,8 +7,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The rule of the post-order traversal (post_order.h): the equations of thesis 4.3. The value of a
-/// node is its D_latest.
+/// The rule of the traversal (post_order.h): thesis 4.3. The value of a node is its D_latest.
 template <typename BV>
 struct InflationRule {
   using S = typename BV::S;

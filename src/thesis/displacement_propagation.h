@@ -44,7 +44,6 @@ class DisplacementPropagation {
   /// `root`.
   void start(const UpdateTarget<BV>& target, const BV& root);
 
-  /// Refits volumes, each at once.
   struct Fit {
     const UpdateTarget<BV> target;
     void add(int node) const { target.volume(node) = target.fitted(node); }

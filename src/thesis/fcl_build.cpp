@@ -12,8 +12,7 @@ namespace adaptive_bvh {
 namespace {
 
 /// A finished tree in the form that FCL's recursive build needs. FCL visits the nodes in preorder,
-/// left before right, and calls the splitter for each primitive of a node to learn whether it
-/// belongs to the right child.
+/// left before right, and asks for each primitive of a node whether it belongs to the right child.
 struct SplitList {
   static constexpr unsigned kLeaf = 0;
 

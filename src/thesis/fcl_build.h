@@ -19,8 +19,7 @@ template <typename BV>
 std::shared_ptr<fcl::detail::BVSplitterBase<BV>> sharedSplitter(HierarchyStrategy strategy);
 
 /// The fitter that a model passes to FCL (`bv_fitter`), so that every tree that FCL builds or
-/// refits has our conservative volumes. Shared by all models and threads like the splitter, for the
-/// same reason.
+/// refits has our conservative volumes. Shared like the splitter.
 template <typename BV>
 std::shared_ptr<fcl::detail::BVFitterBase<BV>> sharedFitter();
 

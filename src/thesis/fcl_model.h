@@ -7,8 +7,7 @@
 
 #include "mesh/vertex_summary.h"
 
-// What FCL's model lacks: move operations, and error codes instead of exceptions and half-done
-// calls.
+// What FCL's model lacks: move operations, and calls that fail with a code and without effect.
 namespace adaptive_bvh {
 
 /// Whether the model is under construction: between beginModel and endModel.
@@ -34,8 +33,7 @@ bool isUsable(const fcl::BVHModel<BV>& model) {
   return usablePositions<typename BV::S>(model.vertices, count);
 }
 
-/// Returns call(), which is one of FCL's codes, or FCL's out-of-memory code if `call` throws
-/// std::bad_alloc.
+/// Returns call(), one of FCL's codes, or FCL's out-of-memory code after std::bad_alloc.
 template <typename Call>
 int codeOf(const Call& call) {
   try {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <new>
-#include <optional>
 #include <utility>
 
 #include "deformable/mesh_step.h"
@@ -26,7 +25,6 @@ void stepMesh(DeformableMesh<S>& mesh, StepMemory& memory, const StepInput<S>& i
   takeStep<S>(mesh_state, mesh, input.indices, moved.data(), input.count, memory);
 }
 
-/// The kind of the mesh's step.
 StepOf stepOf(StepKind kind, bool has_indices) {
   if (has_indices) return StepOf::Some;
   return kind == StepKind::TwoFrames ? StepOf::TwoFrames : StepOf::All;

@@ -35,8 +35,7 @@ class StepBuffer {
     return fcl::BVH_OK;
   }
 
-  /// Appends positions to the open step. If there are too many, or one is not usable, the step
-  /// cannot be completed any more.
+  /// Appends positions to the open step. It fails if there are too many, or one is not usable.
   int add(StepKind kind, fcl::BVHBuildState build_state, int vertices, const Point* positions,
           std::size_t count) {
     if (!isOpen(kind, build_state)) return fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
@@ -141,8 +140,7 @@ int endPositions(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kind,
 template <typename BV>
 void takeOverBuild(fcl::BVHModel<BV>& model, ModelState<BV>& state, fcl::BVHModel<BV>& built);
 
-/// Builds the mesh from the model's triangles, in the existing object if there is one; removes it
-/// if the model has no triangles.
+/// Builds the mesh from the model's triangles, in place if it exists; removes it if there are none.
 template <typename BV>
 void renewMesh(const fcl::BVHModel<BV>& model, ModelState<BV>& state);
 

@@ -91,8 +91,7 @@ class MotionRule {
   PropagationCounts counts() const { return counts_; }
 
  private:
-  /// The rounding error of positions, in body units: a radius that grows by no more does not count
-  /// as inflated.
+  /// The rounding error of positions, in body units: a smaller growth does not count as inflation.
   static float leastInflation(const UpdateTarget<BV>& target, S unit) {
     const fcl::AABB<S>& box = target.model.aabb_local;
     const S farthest = box.min_.cwiseAbs().sum() + box.max_.cwiseAbs().sum();

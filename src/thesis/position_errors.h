@@ -9,7 +9,6 @@
 // The exceptions of AdaptiveBVHModel::update.
 namespace adaptive_bvh {
 
-/// Throws std::invalid_argument with this explanation.
 [[noreturn]] inline void refuseUpdate(const std::string& what) {
   throw std::invalid_argument("AdaptiveBVHModel::update: " + what);
 }

@@ -34,8 +34,7 @@ ADAPTIVE_BVH_INLINE void valueOf(int node, Value& value, Value*& stack, Rule& ru
     rule.skipped(node, value);
 }
 
-/// Traverses the rule's pairs. Pushes the value of the first pair's parent, the root of the
-/// traversed tree.
+/// Traverses the rule's pairs. Pushes the value of the first pair's parent.
 template <typename Value, typename Rule>
 ADAPTIVE_BVH_INLINE void traversePairs(Value*& stack, Rule& rule) {
   Value a, b;

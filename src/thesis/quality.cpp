@@ -1,7 +1,4 @@
 // measureHierarchy: how tight the volumes of a tree are, level by level.
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
 
 #include "adaptive_bvh/hierarchy.h"
 #include "thesis/volumes/volume.h"

@@ -87,8 +87,7 @@ inline bool isUnfit(const NodeFitness& node, const RefitPolicy& policy) {
 
 /// The nodes that a criterion may consider unfit, one bit per node. The propagation marks them
 /// while their volumes are in the cache, by a test that is quick and may mark too many; a Refitter
-/// judges the marked nodes. Disabled if only visited nodes can be unfit, because there are fewer of
-/// these.
+/// judges the marked nodes. Disabled if only visited nodes can be unfit: they are fewer.
 class Candidates {
  public:
   using Word = std::uint64_t;
@@ -149,8 +148,7 @@ class Candidates {
   bool on_ = false;
 };
 
-/// A lower bound of the inflation factors of volumes that the policy considers unfit; -infinity if
-/// there is none.
+/// A lower bound of the inflation factors of unfit volumes; -infinity if there is none.
 inline double leastUnfitFactor(const RefitPolicy& policy) {
   constexpr double kAny = -std::numeric_limits<double>::infinity();
   const double p_max = policy.max_inflation,
@@ -188,8 +186,7 @@ struct RefitCounts {
 /// Each node is judged and refitted by itself; its children are unchanged. Without statistics (no
 /// recording query since the last update), tests B and D count as true for every node and test C as
 /// false. Several threads may each use a Refitter on different nodes. `Method` is
-/// TranslationPropagation or DisplacementPropagation. Allocates nothing. Usage: `judge` or
-/// `refitAll`, then `finish`.
+/// TranslationPropagation or DisplacementPropagation. Usage: `judge` or `refitAll`, then `finish`.
 template <typename BV, typename Method>
 class Refitter {
  public:

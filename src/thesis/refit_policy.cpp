@@ -13,7 +13,6 @@ RefitPolicy RefitPolicy::thesis(FitnessCriterion criterion) {
   policy.reference = InflationReference::OriginalRadius;
   policy.leaf_radius_may_shrink = false;
   policy.propagation = Propagation::Displacements;
-  // The thesis's names of the parameters.
   const auto set = [&policy](double p_max, double k, double gamma) {
     policy.max_inflation = p_max;
     policy.child_distance_ratio = k;

@@ -1,7 +1,6 @@
 #include "thesis/step.h"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <new>
 #include <utility>
@@ -63,8 +62,7 @@ bool moveVolumes(const UpdateTarget<BV>& target, Scope& scope,
   return method.isInRange();
 }
 
-/// Moves all volumes and refits unfit ones, after the positions are written. Returns false like
-/// moveVolumes.
+/// Moves all volumes, then refits unfit ones. Returns false like moveVolumes.
 template <typename BV, typename Scope>
 bool followPositions(const UpdateTarget<BV>& target, Scope& scope,
                      const typename Scope::Summary& summary, UpdateReport& report,
@@ -90,8 +88,7 @@ void beginAnew(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   }
 }
 
-/// Runs one step, phase by phase. `Scope` is AllVertices or SomeVertices. Returns false if a
-/// position is not usable.
+/// Runs a step of AllVertices or SomeVertices. Returns false if a position is not usable.
 template <typename BV, typename Scope>
 bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
          const StepInput<typename BV::S>& input, UpdateReport& report, Stopwatch& watch) {
@@ -134,8 +131,7 @@ bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
   return true;
 }
 
-/// Returns the positions, or a copy in `copies` if some lie in arrays that the step writes or
-/// frees.
+/// The positions, or a copy in `copies` if some lie in arrays that the step writes or frees.
 template <typename BV>
 const fcl::Vector3<typename BV::S>* outsideOwnArrays(
     const fcl::BVHModel<BV>& model, const StepInput<typename BV::S>& input,

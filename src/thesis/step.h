@@ -10,8 +10,7 @@
 
 namespace adaptive_bvh {
 
-/// The state of a model that updates keep between steps, in addition to the AdaptiveTree; only
-/// updates use it.
+/// What only updates of a model use and keep between steps, in addition to the AdaptiveTree.
 template <typename BV>
 struct UpdateState {
   /// Alternatives in the order of the enum Propagation.

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -15,8 +14,7 @@
 // DisplacementPropagation.
 namespace adaptive_bvh {
 
-/// A step of all vertices: every phase processes all vertices or all nodes, on the threads of a
-/// pool.
+/// A step of all vertices: every phase processes all vertices or all nodes, on a pool's threads.
 template <typename BV, typename Method>
 class AllVertices {
  public:
@@ -45,10 +43,8 @@ class AllVertices {
     return summaries.sum([](auto& all, const auto& some) { all.add(some); });
   }
 
-  /// Undoes `read`.
-  void discard() { method_.discard(); }
-  /// Whether the new positions equal the current ones. The comparison ends at the first vertex that
-  /// differs.
+  void discard() { method_.discard(); }  ///< undoes `read`
+  /// Whether the new positions equal the current ones; ends at the first vertex that differs.
   bool isAtRest() const {
     const fcl::BVHModel<BV>& model = target_.model;
     return input_.kind == StepKind::Replace && !model.prev_vertices &&
@@ -70,10 +66,8 @@ class AllVertices {
                    squared_radius_.sum([](S& all, S some) { all = std::max(all, some); }));
   }
 
-  /// Moves and inflates the volumes of all nodes.
   PropagationCounts propagate() { return method_.propagate(target_, policy_, pool_); }
 
-  /// Refits unfit volumes.
   RefitCounts<S> refit() {
     if (policy_.criterion == FitnessCriterion::RefitNone) return {};
     PerThread<RefitCounts<S>> counts(pool_.size());
@@ -166,7 +160,6 @@ class SomeVertices {
                 target_.model);
   }
 
-  /// Moves and inflates the volumes of dirty nodes.
   PropagationCounts propagate() { return method_.propagateDirty(target_, policy_, dirty_); }
 
   /// Refits unfit volumes of dirty nodes; no node is dirty any more.

@@ -1,6 +1,5 @@
 #include "thesis/translation_propagation.h"
 
-#include <algorithm>
 #include <new>
 
 #include "thesis/motion_rule.h"
@@ -17,8 +16,7 @@ Motions<typename BV::S> motionsOf(const fcl::BVHModel<BV>& model,
           vertices.commonTranslation()};
 }
 
-/// About `count` disjoint subtrees, from the last to the first, as equal in size as the tree
-/// allows. None for small trees.
+/// About `count` disjoint subtrees of similar sizes, from last to first; none in small trees.
 template <typename BV>
 std::vector<Subtree> subtreesOf(const fcl::BVHModel<BV>& model, int count) {
   std::vector<Subtree> subtrees;

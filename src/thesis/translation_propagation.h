@@ -70,8 +70,7 @@ class TranslationPropagation {
   /// Accepts the step, whose largest displacement satisfies canFollow. Its positions have been
   /// written to the model; `summary` is the sum of all results of `read`.
   void accept(const UpdateTarget<BV>& target, const Summary& summary);
-  /// Discards the step: the model keeps its positions.
-  void discard() { vertices_.discard(); }
+  void discard() { vertices_.discard(); }  ///< discards the step: the model keeps its positions
   /// Whether single precision can express a displacement of at most `largest`. False for NaN.
   bool canFollow(S largest) const { return largest * vertices_.frame().scale() < S(kRange); }
   /// Moves and inflates all volumes, or none if all will be refitted.

@@ -65,13 +65,10 @@ class TraversalStatistics {
     bv_tests_.fetch_add(work.bv_tests, std::memory_order_relaxed);
     leaf_tests_.fetch_add(work.leaf_tests, std::memory_order_relaxed);
   }
-  /// Records a visit.
-  void recordVisit(int node) { raise(node, 0); }
-  /// Records a visit in which the volume's test did not stop the query, possibly because of its
-  /// inflation.
+  void recordVisit(int node) { raise(node, 0); }  ///< records a visit
+  /// Records a visit of a volume that, without its inflation, might have stopped the query.
   void recordObstruction(int node) { raise(node, kObstructing); }
-  /// Records a visit and min(alpha, beta) of thesis 4.4.3. NaN (no parent distance known) counts as
-  /// none.
+  /// Records a visit and min(alpha, beta) of thesis 4.4.3. NaN (no parent distance) is ignored.
   template <typename S>
   void recordChildGap(int node, S gap) {
     raise(node, gapBits(static_cast<float>(gap)));
@@ -130,8 +127,7 @@ class TraversalStatistics {
     return word >> kEpochShift == epoch_ ? word : 0;
   }
 
-  /// Records a visit of a node, with the flag and the child gap in `visit`: the flags are combined,
-  /// and the larger gap is kept.
+  /// Records a visit: sets the flag if `visit` has it, and keeps the larger child gap.
   void raise(int node, Word visit) {
     std::atomic<Word>& word = words_[node];
     Word old = word.load(std::memory_order_relaxed);

@@ -49,8 +49,7 @@ class DirtyPairs {
   std::vector<std::uint64_t> words_;  ///< bit k % 64 of word k / 64 stands for pair k
 };
 
-/// Maps each vertex to its leaves, and each pair of siblings to its parent. Created when first
-/// needed.
+/// Maps each vertex to its leaves, and each pair of siblings to its parent.
 class VertexLeafMap {
  public:
   bool empty() const { return parent_.empty(); }

@@ -1,7 +1,5 @@
 #include "thesis/vertex_states.h"
 
-#include <algorithm>
-
 namespace adaptive_bvh {
 namespace {
 
@@ -55,8 +53,7 @@ template <typename BV>
 StepSummary<S> VertexStates<S>::read(const UpdateTarget<BV>& target, const StepInput<S>& input,
                                      int first, int last) {
   constexpr int kAhead = 8;  // slots to prefetch ahead: their vertices are scattered in the mesh
-  // Local copies, because the compiler must assume that the stores below change data behind
-  // pointers.
+  // Local copies, because the stores below might change data behind pointers, for the compiler.
   const ScaledFrame<S> frame = frame_;
   const Point common = common_;
   const Point* const positions = input.positions;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -114,8 +113,7 @@ class VertexStates {
   StepSummary<S> read(const UpdateTarget<BV>& target, const StepInput<S>& input, int first,
                       int last);
   /// Reads the positions in a step of some vertices. Returns their statistics, with the bounding
-  /// box of the whole body. Calls moving(vertex, position) once for each listed vertex, with the
-  /// last position given for it.
+  /// box of the whole body. Calls moving(vertex, position) once per vertex, with its last position.
   template <typename BV, typename Moving>
   StepSummary<S> readSome(const UpdateTarget<BV>& target, const StepInput<S>& input,
                           const VertexLeafMap& leaves, Moving&& moving);
@@ -133,8 +131,7 @@ class VertexStates {
   float extent() const { return body_.largestCoordinate(); }
   /// The translation that every VertexState::motion leaves out, in the mesh's units.
   const Point& commonTranslation() const { return common_; }
-  /// The states of all slots.
-  const VertexState* data() const { return states_.data(); }
+  const VertexState* data() const { return states_.data(); }  ///< the states of all slots
   /// The previous position of each slot, if two frames are stored: four numbers, the last unused.
   const std::array<float, 4>* previous() const { return previous_.data(); }
 
@@ -147,8 +144,7 @@ class VertexStates {
   /// Reads the model's current positions, with motion 0.
   template <typename BV>
   void readInPlace(const UpdateTarget<BV>& target);
-  /// Sets all motions to 0.
-  void clearMotions();
+  void clearMotions();  ///< sets all motions to 0
 
   std::vector<VertexState> states_;  ///< plus one element, for loads of four numbers
   std::vector<std::array<float, 4>> previous_;

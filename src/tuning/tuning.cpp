@@ -101,8 +101,7 @@ class Search {
     return options_.seed + 7919 * unsigned(state_.criterion) + 104729 * unsigned(state_.generation);
   }
 
-  /// Fills the population with random policies within the parameter ranges. Without parameters
-  /// there is only one policy.
+  /// Fills the population with random policies; with one if the criterion has no parameters.
   void begin() {
     Random random(seed());
     state_.done.emplace_back();
@@ -147,8 +146,7 @@ class Search {
     return a.cost <= b.cost ? a.x : b.x;
   }
 
-  /// Evaluates policies and adds them to the population, which stays sorted by cost. Updates the
-  /// criterion's result.
+  /// Evaluates policies, adds them to the sorted population, and updates the criterion's result.
   void add(const std::vector<std::vector<double>>& points) {
     for (const std::vector<double>& x : points)
       state_.population.push_back({x, costOf(policyAt(x))});
@@ -168,8 +166,7 @@ class Search {
     return policy;
   }
 
-  /// Runs the simulation; returns its measured or computed time. Throws std::runtime_error if that
-  /// is not finite.
+  /// Runs the simulation; returns its measured or computed time. Throws if it is not finite.
   double costOf(const RefitPolicy& policy) const {
     const SimulationWork work = simulation_(policy);
     const double cost = options_.objective == TuningObjective::MeasuredTime

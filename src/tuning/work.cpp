@@ -47,8 +47,7 @@ TriangleMesh<double> hills() {
   return mesh;
 }
 
-/// Measures costs in nanoseconds on two such sheets in many poses near each other, through the
-/// public API.
+/// Measures costs in nanoseconds on two such sheets in many poses, through the public API.
 class CostMeasurement {
  public:
   explicit CostMeasurement(Propagation propagation) {

@@ -79,8 +79,8 @@ struct PointSet {
 
 /// The rectangle, sphere and box along given axes around many points of one node. Unlike the rest
 /// of this file, processes several points of one node at a time, one per lane. Usage: `add` sets of
-/// points, `finish`, read the public members. All results are components along the axes, relative
-/// to the point `first`.
+/// points, `finish`, read the public members. Results are components along the axes, relative to
+/// `first`.
 template <typename P>
 class PointExtents {
  public:

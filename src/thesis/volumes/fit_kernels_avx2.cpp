@@ -1,5 +1,4 @@
-// FitKernels with eight lanes. Compiled for AVX2, and called only if the processor supports it: see
-// fit_kernels.h.
+// FitKernels with eight lanes. Called only if the processor has AVX2: see fit_kernels.h.
 #ifdef __AVX2__
 #include "thesis/volumes/fit_kernels.h"
 

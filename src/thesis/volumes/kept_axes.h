@@ -72,8 +72,7 @@ ADAPTIVE_BVH_INLINE Vectors<P> select(const Mask& mask, const Vectors<P>& a, con
 
 }  // namespace vectors
 
-/// Unit vectors orthogonal to given unit vectors: the product with a coordinate axis, x or y, that
-/// is not nearly parallel.
+/// Unit vectors orthogonal to unit vectors: products with x or y, whichever is far from parallel.
 template <typename P>
 ADAPTIVE_BVH_INLINE Vectors<P> anyOrthogonal(const Vectors<P>& x) {
   const P one = packs::filled<P>(1), zero{};

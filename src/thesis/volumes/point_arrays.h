@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <limits>
@@ -10,8 +9,7 @@
 
 #include "thesis/volumes/body_volumes.h"
 
-// Arrays of points for fits in the model's precision (volume_fit.cpp) and for the choice of axes
-// (swept_fit.h).
+// Arrays of points, for fits in the model's precision and for the choice of axes (swept_fit.h).
 namespace adaptive_bvh {
 
 /// The operations of Lanes<Float4> (body_volumes.h) that such fits use, for double precision.

@@ -102,8 +102,7 @@ void principalDirections(const fcl::Matrix3<S>& matrix, fcl::Vector3<S>& first,
   const S cross = u.dot(mv), half = (u.dot(m * u) - v.dot(mv)) / 2;
   const S root = std::sqrt(half * half + cross * cross);
   // If the eigenvalues differ only by rounding errors (a square), u and v are the axes. So equal
-  // shapes with the same orientation get equal axes, and boxes along these are tight around each
-  // other.
+  // shapes with the same orientation get equal axes, and their boxes are tight.
   constexpr S kNoise = 256 * rounding::epsilon<S>();
   const Point larger = !(root > kNoise) ? u
                        : half > 0       ? Point(u * (half + root) + v * cross)
@@ -271,8 +270,7 @@ Axes<Pack<S>> bestAxes(const PointArrays<S>& points, FitMemory<S>& memory) {
   if (side.y == 0) return axes;
   local.turn(side.x, side.y);
   if (improve(shape, local, side)) {
-    // For thick sets, the least rectangle around all points need not give the least volume: compare
-    // with the principal axes.
+    // The least rectangle of a thick set may not give the least volume: try another side, too.
     local.turn(side.x, -side.y);
     improve(shape, local, Direction<S>());
   }

@@ -1,9 +1,6 @@
 // Volume: containment and measures. Fits are in volume_fit.cpp.
 #include "thesis/volumes/volume.h"
 
-#include <algorithm>
-#include <cmath>
-
 namespace adaptive_bvh {
 
 template <typename S>

@@ -19,8 +19,8 @@
 
 namespace adaptive_bvh {
 
-/// The operations on one type of bounding volume. All other code uses only these, so a new type of
-/// volume is a new specialization.
+/// The operations on one type of bounding volume. All other code uses only these, so a new type is
+/// a new specialization.
 template <typename BV>
 struct Volume;
 
@@ -38,8 +38,7 @@ struct Volume<fcl::RSS<S_>> {
   /// The shorter side of the rectangle.
   static S smallestSide(const BV& bv) { return std::min(bv.l[0], bv.l[1]); }
   static Point center(const BV& bv) { return bv.center(); }
-  /// The diameter of the volume.
-  static S length(const BV& bv) { return bv.size(); }
+  static S length(const BV& bv) { return bv.size(); }  ///< the diameter of the volume
 
   /// Translates the volume and enlarges it on all sides; the rounding error is at most epsilon
   /// times `cornerSum` of the result.
@@ -112,8 +111,7 @@ struct Volume<fcl::RSS<S_>> {
   template <typename Primitive>
   static BV fit(const MeshView<S>& mesh, const Primitive* primitives, int count);
 
-  /// Whether the type of volume also stores a box.
-  static constexpr bool kHasBox = false;
+  static constexpr bool kHasBox = false;  ///< whether the type of volume also stores a box
 
   /// \name Measures of tightness, in double precision
   /// \{

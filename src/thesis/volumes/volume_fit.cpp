@@ -99,8 +99,7 @@ const VertexIndices& cornersOf(const MeshView<S>&, const VertexIndices& primitiv
 template <typename S>
 class Gathered {
  public:
-  /// The positions of all corners of some primitives, in two frames if the mesh has them. Valid
-  /// until the next call.
+  /// The positions of all corners of some primitives, in both frames. Valid until the next call.
   template <typename Primitive>
   const PointArrays<S>& from(const MeshView<S>& mesh, const Primitive* primitives, int count) {
     points_.clear();
@@ -128,8 +127,7 @@ class Gathered {
   std::uint64_t fit_ = 0;                ///< number of the current fit
 };
 
-/// Orders the sides so that the first is the longer one: FCL's splitter divides along it. The axes
-/// stay right-handed.
+/// Orders the sides so that the first is the longer one: FCL's splitter divides along it.
 template <typename S>
 void putLongerSideFirst(fcl::RSS<S>& bv) {
   if (bv.l[0] >= bv.l[1]) return;

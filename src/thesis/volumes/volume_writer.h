@@ -2,8 +2,7 @@
 
 #include "thesis/volumes/body_volumes.h"
 
-// Writes fitted volumes (BodyVolumes) to FCL's. Also compiled for AVX2: see
-// thesis/volumes/fit_kernels.h.
+// Writes fitted volumes (BodyVolumes) to FCL's. Also compiled for AVX2: see fit_kernels.h.
 namespace adaptive_bvh {
 
 /// The transform from a step's coordinates (ScaledFrame) to the model's: x = origin + unit y.
