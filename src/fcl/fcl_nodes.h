@@ -1,14 +1,13 @@
 #pragma once
 
-#include <limits>
-
 #include "dispatch/octree_nodes.h"
 #include "fcl/model_pairs.h"
 #include "thesis/volumes/volume.h"
 
 namespace adaptive_bvh {
 
-/// Returns a volume in double precision, enlarged by the rounding of its computation in S.
+/// A volume of FCL in double precision, enlarged by the rounding errors of
+/// Volume::parallelogram, which computes in S.
 template <typename BV>
 SweptBox sweptBoxOf(const BV& bv) {
   const auto body = Volume<BV>::parallelogram(bv);
@@ -22,7 +21,8 @@ SweptBox sweptBoxOf(const BV& bv) {
           sum};
 }
 
-/// The nodes of a model's FCL tree.
+/// The nodes of a model's FCL tree, for searches with an octree (MeshNodes says what each function
+/// returns). MeshNode::node is FCL's index; the lane is not used.
 template <typename BV>
 class FclNodes final : public MeshNodes {
  public:
@@ -35,22 +35,23 @@ class FclNodes final : public MeshNodes {
   double size(MeshNode node) const override {
     return static_cast<double>(model_.getBV(node.node).bv.size());
   }
-  int below(MeshNode node, MeshNode (&nodes)[4]) const override {
-    nodes[0].node = model_.getBV(node.node).leftChild();
-    nodes[1].node = model_.getBV(node.node).rightChild();
+  int below(MeshNode node, MeshNode (&children)[4]) const override {
+    children[0].node = model_.getBV(node.node).leftChild();
+    children[1].node = model_.getBV(node.node).rightChild();
     return 2;
   }
+  /// Counts for test D as well (TraversalStatistics).
   void recordVisit(MeshNode node) const override { statistics_.recordObstruction(node.node, 0); }
-  void recordTests(std::size_t of_nodes, std::size_t of_triangles) const override {
+  void recordTests(std::size_t node_tests, std::size_t triangle_tests) const override {
     QueryWork work;
-    work.bv_tests = of_nodes;
-    work.leaf_tests = of_triangles;
+    work.bv_tests = node_tests;
+    work.leaf_tests = triangle_tests;
     statistics_.recordQuery(work);
   }
 
  private:
   const fcl::BVHModel<BV>& model_;
-  const PairStatistics statistics_;
+  const PairStatistics statistics_;  ///< the model is its first object
 };
 
 }  // namespace adaptive_bvh

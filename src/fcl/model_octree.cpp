@@ -4,6 +4,8 @@
 #include "query/single_precision.h"
 #include "thesis/volumes/volume.h"
 
+// Distance and collision of a model and an octree: the searches of dispatch/octree_pair.h over the
+// model's FCL tree, in double precision.
 namespace adaptive_bvh {
 
 #if FCL_HAVE_OCTOMAP
@@ -12,8 +14,8 @@ template <typename BV>
 void modelOctreeDistance(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& octree,
                          const DistanceQuery<typename BV::S>& query) {
   const PlacedOctree placed{OctreeCells(*octree.geometry), octree.tf.template cast<double>()};
-  answerInDouble(query, octree.geometry, model.model, [&](const DistanceQuery<double>& asked) {
-    distanceToOctree(model.queryTriangles(), FclNodes<BV>(model), placed, asked);
+  answerInDouble(query, octree.geometry, model.model, [&](const DistanceQuery<double>& in_double) {
+    distanceToOctree(model.queryTriangles(), FclNodes<BV>(model), placed, in_double);
   });
 }
 
@@ -24,9 +26,9 @@ void modelOctreeCollide(const PlacedModel<BV>& model, const PlacedGeometry<typen
   const PlacedOctree placed{OctreeCells(*octree.geometry), octree.tf.template cast<double>()};
   answerInDouble(query, octree.geometry, model.model,
                  [&](const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
-                     const CollisionQuery<double>& asked) {
+                     const CollisionQuery<double>& in_double) {
                    collideWithOctree(model.queryTriangles(), FclNodes<BV>(model), placed, o1, o2,
-                                     asked);
+                                     in_double);
                  });
 }
 

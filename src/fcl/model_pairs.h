@@ -3,17 +3,19 @@
 #include "query/contacts/contacts.h"
 #include "thesis/placed_model.h"
 
+// Queries of a model (fcl::BVHModel or AdaptiveBVHModel) and a shape or an octree. Distances lower
+// query.result, contacts are added to it.
 namespace adaptive_bvh {
 
-/// An object of a query, and its pose.
+/// An object of a query, and its pose in the world.
 template <typename S>
 struct PlacedGeometry {
   const fcl::CollisionGeometry<S>* geometry;
   fcl::Transform3<S> tf;
 };
 
-/// Recorded queries of a model and a shape, by FCL's traversal; the shape's geometry decides about
-/// each triangle. The model is the first object, as FCL orders the pair.
+/// Queries of a model and a shape by FCL's traversal, with recording of statistics. The library's
+/// own tests decide about a triangle and the shape. The model is the first object in the result.
 template <typename BV>
 void modelShapeDistance(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& shape,
                         const DistanceQuery<typename BV::S>& query);
@@ -21,10 +23,10 @@ template <typename BV>
 void modelShapeCollide(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& shape,
                        const CollisionQuery<typename BV::S>& query);
 
-/// Recorded queries of a model and an octree, which visit pairs of a cell and a node of the model.
-/// FCL's own traversal of such a pair, inside its octree solver, cannot be recorded. The octree is
-/// the first object in the result, as in FCL for both orders. Throw std::logic_error if FCL was
-/// built without octomap, where no octree can exist.
+/// Queries of a model and an octree by the library's traversal of pairs of a cell and a node of the
+/// model, with recording of statistics. (FCL's own traversal, inside its octree solver, cannot be
+/// recorded.) The octree is the first object in the result, as in FCL for both orders. Throw
+/// std::logic_error if FCL was built without octomap, where no octree can exist.
 template <typename BV>
 void modelOctreeDistance(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& octree,
                          const DistanceQuery<typename BV::S>& query);

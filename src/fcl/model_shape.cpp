@@ -11,10 +11,12 @@
 #include "thesis/recording_node.h"
 #include "thesis/volumes/volume.h"
 
+// Distance and collision of a model and a shape: FCL's traversal of the model and a box around the
+// shape finds triangles, and dispatch/shape_triangles.h tests them, in double precision.
 namespace adaptive_bvh {
 namespace {
 
-/// FCL's traversals need a solver, but the triangles are tested by the library itself.
+/// FCL's traversals need a solver, but it is not called: the library itself tests triangles.
 struct NoSolver {
   template <typename... Args>
   bool shapeTriangleIntersect(const Args&...) const {
@@ -40,7 +42,7 @@ struct FclBoxTraversal<fcl::OBBRSS<S>> {
   using Distance = fcl::detail::MeshShapeDistanceTraversalNodeOBBRSS<fcl::Box<S>, NoSolver>;
 };
 
-/// Passes the triangles that FCL's traversal reaches to test(triangle), until that returns true.
+/// FCL's collision traversal: calls test(triangle) for triangles that it reaches, until it is true.
 template <typename BV>
 class TouchingNode : public FclBoxTraversal<BV>::Collision {
  public:
@@ -54,6 +56,8 @@ class TouchingNode : public FclBoxTraversal<BV>::Collision {
  private:
   mutable bool is_done_ = false;
 };
+
+/// The same for FCL's distance traversal. Like FCL, tests triangle 0 first, for a first bound.
 template <typename BV>
 class NearestNode : public FclBoxTraversal<BV>::Distance {
  public:
@@ -71,14 +75,14 @@ class NearestNode : public FclBoxTraversal<BV>::Distance {
   mutable bool is_done_ = false;
 };
 
-/// The search of a placed model and shape: FCL's traversal of the model and the box around the
-/// shape. A plane or half-space has no such box; then every triangle is tested.
+/// The search for triangles of a model near a shape: by FCL's traversal of the model and the box
+/// around the shape. A plane or half-space has no such box; then every triangle is tested.
 template <typename BV>
 class ModelShapeSearch final : public ShapeSearch {
  public:
   using S = typename BV::S;
 
-  /// `core`: the shape's.
+  /// `core` describes the same shape. The search keeps references to `model` and `core`.
   ModelShapeSearch(const PlacedModel<BV>& model, const PlacedSolid& shape, const ShapeCore& core,
                    const fcl::Transform3<S>& shape_tf)
       : ShapeSearch(model.queryTriangles(), shape),
@@ -90,9 +94,9 @@ class ModelShapeSearch final : public ShapeSearch {
     if (!core_.isBounded()) return testAll(test);
     using Node = TouchingNode<BV>;
     RecordingCollisionNode<Node, S> node(statisticsOf(model_));
-    fcl::CollisionResult<S> unused;
+    fcl::CollisionResult<S> unused_result;
     initialize(static_cast<typename FclBoxTraversal<BV>::Collision&>(node),
-               fcl::CollisionRequest<S>(), unused);
+               fcl::CollisionRequest<S>(), unused_result);
     node.test = &test;
     fcl::detail::collide(&node);
   }
@@ -105,19 +109,20 @@ class ModelShapeSearch final : public ShapeSearch {
     fcl::DistanceRequest<S> request;
     request.rel_err = static_cast<S>(query.request.rel_err);
     request.abs_err = static_cast<S>(query.request.abs_err);
-    fcl::DistanceResult<S> limit(distanceAs<S>(query.result.min_distance));
-    initialize(static_cast<typename FclBoxTraversal<BV>::Distance&>(node), request, limit);
-    const Test lowering = [&](int triangle) {
+    // FCL's traversal stops where volumes are farther than this result.
+    fcl::DistanceResult<S> bound(distanceAs<S>(query.result.min_distance));
+    initialize(static_cast<typename FclBoxTraversal<BV>::Distance&>(node), request, bound);
+    const Test test_and_lower_bound = [&](int triangle) {
       const bool is_done = test(triangle);
-      limit.min_distance = distanceAs<S>(query.result.min_distance);
+      bound.min_distance = distanceAs<S>(query.result.min_distance);
       return is_done;
     };
-    node.test = &lowering;
+    node.test = &test_and_lower_bound;
     fcl::detail::distance(&node);
   }
 
-  /// The box of the root volume. (FCL centres it on the rectangle's corner; kept, so that the cost
-  /// is FCL's.)
+  /// The box that FCL makes of the root volume, in the world. (FCL centres it on the rectangle's
+  /// corner. That is kept, so that the approximate cost is FCL's.)
   void boxAround(fcl::Boxd& box, fcl::Transform3d& box_tf) const override {
     fcl::Box<S> root;
     fcl::Transform3<S> root_tf;
@@ -136,6 +141,7 @@ class ModelShapeSearch final : public ShapeSearch {
     statisticsOf(model_).recordQuery(work);
   }
 
+  /// Initializes a traversal of the model and the box around the shape.
   template <typename Node, typename Request, typename Result>
   void initialize(Node& node, const Request& request, Result& result) const {
     const fcl::Vector3d half = (core_.high - core_.low) / 2 + fcl::Vector3d::Constant(core_.radius);
@@ -167,8 +173,9 @@ void modelShapeDistance(const PlacedModel<BV>& model, const PlacedGeometry<typen
                         const DistanceQuery<typename BV::S>& query) {
   if (query.isSatisfied()) return;
   withSearch(model, shape, [&](const ShapeSearch& search) {
-    answerInDouble(query, model.model, shape.geometry,
-                   [&](const DistanceQuery<double>& asked) { distanceToShape(search, asked); });
+    answerInDouble(query, model.model, shape.geometry, [&](const DistanceQuery<double>& in_double) {
+      distanceToShape(search, in_double);
+    });
   });
 }
 
@@ -177,10 +184,11 @@ void modelShapeCollide(const PlacedModel<BV>& model, const PlacedGeometry<typena
                        const CollisionQuery<typename BV::S>& query) {
   if (query.isSatisfied()) return;
   withSearch(model, shape, [&](const ShapeSearch& search) {
-    answerInDouble(
-        query, model.model, shape.geometry,
-        [&](const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
-            const CollisionQuery<double>& asked) { collideWithShape(search, o1, o2, asked); });
+    answerInDouble(query, model.model, shape.geometry,
+                   [&](const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
+                       const CollisionQuery<double>& in_double) {
+                     collideWithShape(search, o1, o2, in_double);
+                   });
   });
 }
 

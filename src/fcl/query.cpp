@@ -11,6 +11,11 @@
 #include "query/single_precision.h"
 #include "thesis/model_state.h"
 
+// distance and collide by FCL's signatures: the dispatch by the types of two objects.
+// - One object is a DeformableMesh: the searches of dispatch/pairs.h, in double precision.
+// - Otherwise, one is a model (AdaptiveBVHModel or fcl::BVHModel): FCL's traversals with recording.
+// - Other pairs are left to FCL, after a check that FCL supports them.
+// The dispatch is written once; RunDistance and RunCollision say what is run for each kind of pair.
 namespace adaptive_bvh {
 namespace {
 
@@ -25,8 +30,7 @@ const DeformableMesh<S>* meshOf(const fcl::CollisionGeometry<S>& geometry) {
              ? static_cast<const DeformableMesh<S>*>(&geometry)
              : nullptr;
 }
-/// Returns the mesh of an adaptive model with volumes BV; null for any other geometry. Throws if
-/// the model has no mesh.
+/// The mesh of an AdaptiveBVHModel<BV>; null for other geometry. Throws if the model has none.
 template <typename S, typename BV>
 const DeformableMesh<S>* meshOfModel(const fcl::CollisionGeometry<S>& geometry) {
   const auto* model = dynamic_cast<const AdaptiveBVHModel<BV>*>(&geometry);
@@ -50,8 +54,8 @@ const DeformableMesh<S>* anyMeshOf(const fcl::CollisionGeometry<S>& geometry) {
       "the model, once");
 }
 
-/// An object of a query without a DeformableMesh: a model with volumes BV, adaptive or FCL's, or
-/// any other geometry.
+/// An object of a query without a DeformableMesh: a model with volumes BV (an AdaptiveBVHModel or a
+/// fcl::BVHModel), or any other geometry.
 template <typename BV>
 struct ModelOrOther {
   using S = typename BV::S;
@@ -71,8 +75,7 @@ struct ModelOrOther {
   PlacedModel<BV> model;  ///< its `model` is null for any other geometry
 };
 
-/// Runs the recorded query of a pair, with the model first. Returns false if there is none; then
-/// FCL's query is to run.
+/// Runs the recorded query of a pair, with the model first. Returns false if there is none.
 template <typename BV, typename Run>
 bool runModels(const ModelOrOther<BV>& first, const ModelOrOther<BV>& second, const Run& run) {
   for (const ModelOrOther<BV>* object : {&first, &second})
@@ -85,7 +88,7 @@ bool runModels(const ModelOrOther<BV>& first, const ModelOrOther<BV>& second, co
   return other.type == fcl::GEOM_OCTREE && run.modelOctree(model.model, other.placed);
 }
 
-/// An object of a query with a DeformableMesh, and its pose.
+/// An object of a query with a DeformableMesh, and its pose: a mesh, a shape or an octree.
 template <typename S>
 struct MeshOrPart {
   /// Throws std::invalid_argument for a type of geometry that such queries do not support.
@@ -94,6 +97,7 @@ struct MeshOrPart {
     if (!mesh && !isShape(geometry->getNodeType()) && !isOctree())
       refuse("a query of a DeformableMesh and a geometry of this type is not answered");
   }
+  /// The object with its pose in double precision, for the searches of dispatch/pairs.h.
   QueryObject inDouble() const {
     const fcl::Transform3d placed(tf.template cast<double>());
     return mesh ? QueryObject(*mesh, placed) : QueryObject(*geometry, placed);
@@ -102,10 +106,11 @@ struct MeshOrPart {
 
   const fcl::CollisionGeometry<S>* geometry;
   const fcl::Transform3<S>& tf;
-  const DeformableMesh<S>* mesh;  ///< or null
+  const DeformableMesh<S>* mesh;  ///< the geometry or a model's mesh; null for other geometry
 };
 
-/// Calls search(row of the table, first, o1, second, o2), with the objects in the order of results.
+/// Calls search(pair, first, o1, second, o2): `pair` has the functions for two objects of these
+/// kinds, which are passed with their geometries in the order of FCL's results.
 template <typename S, typename Search>
 void searchInOrder(const MeshOrPart<S>& a, const MeshOrPart<S>& b, const Search& search) {
   const QueryObject first(a.inDouble()), second(b.inDouble());
@@ -116,8 +121,7 @@ void searchInOrder(const MeshOrPart<S>& a, const MeshOrPart<S>& b, const Search&
     search(pair, first, a.geometry, second, b.geometry);
 }
 
-/// Runs the query of a pair. Returns false if FCL's query is to run instead. Throws if two models
-/// have different volumes.
+/// Runs the query of a pair. Returns false if FCL's must be run. Throws if neither exists.
 template <typename S, typename Run>
 bool dispatch(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second, const Run& run) {
   if (meshOf(*first.geometry) || meshOf(*second.geometry)) {
@@ -134,6 +138,7 @@ bool dispatch(const PlacedGeometry<S>& first, const PlacedGeometry<S>& second, c
                    ModelOrOther<fcl::RSS<S>>(second, type2), run);
 }
 
+/// What `dispatch` runs for a distance. The functions for models return whether they answered.
 template <typename S>
 struct RunDistance {
   const DistanceQuery<S>& query;
@@ -171,7 +176,7 @@ struct RunDistance {
   }
 };
 
-/// Throws std::invalid_argument if nothing is known of the inside of a body.
+/// Throws for octrees and models (not their meshes): they cannot be queried as solid bodies.
 template <typename S>
 void requireSolids(const fcl::CollisionGeometry<S>& first,
                    const fcl::CollisionGeometry<S>& second) {
@@ -183,7 +188,8 @@ void requireSolids(const fcl::CollisionGeometry<S>& first,
     refuse("a query of solid bodies needs a DeformableMesh: that of a model is model.mesh()");
 }
 
-/// Adds the contacts of bodies inside a closed mesh, for two meshes, or a mesh and a shape.
+/// Adds the contacts of bodies whose surfaces do not touch: of two closed meshes if one lies inside
+/// the other, of a closed mesh (first) and a shape if the shape lies inside the mesh.
 void addContainedPair(const QueryObject& first, const QueryObject& second,
                       const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
                       const CollisionQuery<double>& query) {
@@ -193,10 +199,11 @@ void addContainedPair(const QueryObject& first, const QueryObject& second,
   if (!query.isSatisfied()) addContained(second.mesh(), first.mesh(), true, o1, o2, query);
 }
 
+/// What `dispatch` runs for a collision. The functions for models return whether they answered.
 template <typename S>
 struct RunCollision {
   const CollisionQuery<S>& query;
-  bool solid;
+  bool solid;  ///< whether bodies are solid: one inside the other is in contact with it
 
   static void require(fcl::NODE_TYPE first, fcl::NODE_TYPE second) {
     requireCollision(first, second);
@@ -266,6 +273,8 @@ bool answerCollide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>
   return dispatch<S>({o1, tf1}, {o2, tf2}, RunCollision<S>{query, solid});
 }
 
+/// For a distance by FCL alone: `before` was the result's distance. FCL sets no nearest points of
+/// bodies that touch, unless signed distances are requested.
 template <typename S>
 void finishDistance(const fcl::DistanceRequest<S>& request, S before,
                     fcl::DistanceResult<S>& result) {
@@ -273,6 +282,7 @@ void finishDistance(const fcl::DistanceRequest<S>& request, S before,
     unsetPoints(result);
 }
 
+/// `before` was the number of contacts. FCL sets the fields of contacts only on request.
 template <typename S>
 void finishCollide(const fcl::CollisionRequest<S>& request, std::size_t before,
                    fcl::CollisionResult<S>& result) {

@@ -3,9 +3,11 @@
 #include <stdexcept>
 #include <string>
 
+// Which pairs of FCL's types have a distance and a collision query, so that others can be refused.
 namespace adaptive_bvh {
 namespace {
 
+/// The name of a type with its article, for messages.
 std::string nameOf(fcl::NODE_TYPE type) {
   if (isShape(type))
     return std::string(type == fcl::GEOM_ELLIPSOID ? "an " : "a ") + nameOfShape(type);
@@ -39,6 +41,8 @@ bool hasMeshDistance(fcl::NODE_TYPE type) {
 /// Models whose queries with shapes the library answers itself.
 bool isOurs(fcl::NODE_TYPE type) { return type == fcl::BV_RSS || type == fcl::BV_OBBRSS; }
 
+/// Whether a distance query of the library or of FCL answers for the pair. Beyond hasMeshDistance,
+/// FCL has distances of two meshes of AABB, and of octrees with any mesh.
 bool hasDistance(fcl::NODE_TYPE a, fcl::NODE_TYPE b) {
   if ((isOurs(a) && isUnbounded(b)) || (isUnbounded(a) && isOurs(b))) return true;
   const auto isKnown = [](fcl::NODE_TYPE x) { return isMesh(x) || isBounded(x) || isOctree(x); };
@@ -49,8 +53,8 @@ bool hasDistance(fcl::NODE_TYPE a, fcl::NODE_TYPE b) {
   return true;
 }
 
-/// FCL's table has entries that crash: a plane or half-space with a mesh of axis-aligned volumes,
-/// and a plane with a convex.
+/// Whether a collision query of the library or of FCL answers for the pair. FCL's table has entries
+/// that crash: planes and half-spaces with meshes of axis-aligned volumes, planes with convexes.
 bool hasCollision(fcl::NODE_TYPE a, fcl::NODE_TYPE b) {
   const auto isKnown = [](fcl::NODE_TYPE x) {
     return isMesh(x) || isBounded(x) || isUnbounded(x) || isOctree(x);
@@ -65,6 +69,7 @@ bool hasCollision(fcl::NODE_TYPE a, fcl::NODE_TYPE b) {
   return !isMesh(a) || !isMesh(b) || a == b;
 }
 
+/// Throws an exception that names the query and both types.
 void refuse(const char* query, fcl::NODE_TYPE a, fcl::NODE_TYPE b) {
   std::string sentence = std::string("adaptive_bvh: FCL cannot compute ") + query + " between " +
                          nameOf(a) + " and " + nameOf(b);

@@ -37,6 +37,7 @@ void checkPrecision(const std::vector<fcl::Vector3d>& vertices) {
         "single precision");
 }
 
+/// Throws unless assimp's scene is valid; `what` names what is wrong with it.
 void check(bool is_valid, const char* what) {
   if (!is_valid) throw std::runtime_error(std::string("it was read with ") + what);
 }
@@ -60,6 +61,7 @@ PolygonMesh polygonsOf(const aiMesh& source) {
   return mesh;
 }
 
+/// Converts a node without its children; `meshes` is the number of meshes in the scene.
 SceneNode nodeOf(const aiNode& source, unsigned meshes) {
   check(source.mMeshes || source.mNumMeshes == 0, "a node that lacks its meshes");
   for (unsigned i = 0; i < source.mNumMeshes; ++i)

@@ -1,4 +1,5 @@
-// Reads Collada: indexes the elements by id, reads nodes and meshes, then links instances of nodes.
+// Reads Collada: indexes the elements by id, reads nodes and the meshes that they place, then links
+// instances of nodes. A reference ("url") is '#' and an id.
 #include <map>
 #include <vector>
 
@@ -9,18 +10,21 @@
 namespace adaptive_bvh {
 namespace {
 
+/// The numbers in the text of an element.
 std::vector<double> numbersOf(const XmlElement& element) {
   std::vector<double> numbers;
   Words words(element.text);
   for (std::string_view word; !(word = words.next()).empty();) {
     const auto number = numberOf(word);
     if (!number)
-      throw std::runtime_error("<" + element.name + "> has something else than numbers in it");
+      throw std::runtime_error("<" + element.name + "> contains " + quote(word) +
+                               ", which is no number");
     numbers.push_back(*number);
   }
   return numbers;
 }
 
+/// The same, if there are `count` numbers. Throws otherwise.
 std::vector<double> numbersOf(const XmlElement& element, std::size_t count) {
   std::vector<double> numbers = numbersOf(element);
   if (numbers.size() != count)
@@ -29,20 +33,20 @@ std::vector<double> numbersOf(const XmlElement& element, std::size_t count) {
   return numbers;
 }
 
+/// The indices in the text of an element.
 std::vector<std::size_t> indicesOf(const XmlElement& list) {
   std::vector<std::size_t> indices;
   Words words(list.text);
   for (std::string_view word; !(word = words.next()).empty();) {
     const auto index = integerOf(word);
-    if (!index || *index < 0)
-      throw std::runtime_error("a list of indices has something else in it");
+    if (!index || *index < 0) throw std::runtime_error("a list of indices contains " + quote(word));
     indices.push_back(static_cast<std::size_t>(*index));
   }
-  if (!list.children.empty())
-    throw std::runtime_error("a list of indices has something else in it");
+  if (!list.children.empty()) throw std::runtime_error("a list of indices contains an element");
   return indices;
 }
 
+/// The transform of <lookat>, whose numbers are an eye point, a target and an up vector.
 Eigen::Matrix4d lookAt(const std::vector<double>& n) {
   const Eigen::Vector3d eye(n[0], n[1], n[2]), target(n[3], n[4], n[5]), up(n[6], n[7], n[8]);
   const Eigen::Vector3d back = (eye - target).normalized(), right = up.cross(back).normalized();
@@ -51,7 +55,7 @@ Eigen::Matrix4d lookAt(const std::vector<double>& n) {
   return matrix;
 }
 
-/// The transform of one element of a node; the identity for other elements.
+/// The transform that an element of a node describes; the identity for other elements.
 Eigen::Matrix4d transformOf(const XmlElement& element) {
   Eigen::Affine3d transform = Eigen::Affine3d::Identity();
   if (element.name == "translate") {
@@ -96,8 +100,8 @@ class ColladaReader {
     return element.name == "node" || element.name == "visual_scene";
   }
 
-  /// Indexes elements by name and id, because some writers give a node the id of its geometry.
-  /// Returns the number of nodes.
+  /// Indexes an element and those below it by name and id, because some writers give a node the id
+  /// of its geometry. Returns the number of nodes.
   std::size_t index(const XmlElement& element) {
     const std::string id = element.attribute("id");
     if (!id.empty()) by_id_.emplace(element.name + '#' + id, &element);
@@ -111,7 +115,8 @@ class ColladaReader {
     const auto found = by_id_.find(name + url);
     return found == by_id_.end() ? nullptr : found->second;
   }
-  const XmlElement& referred(const std::string& url, const std::string& name) const {
+  /// The same; throws if there is none.
+  const XmlElement& resolve(const std::string& url, const std::string& name) const {
     if (const XmlElement* const element = find(name, url)) return *element;
     throw std::runtime_error("there is no <" + name + "> '" + url + "' in it");
   }
@@ -124,6 +129,7 @@ class ColladaReader {
     scene_.up = up == "X_UP" ? UpAxis::X : up == "Z_UP" ? UpAxis::Z : UpAxis::Y;
   }
 
+  /// Adds a node, the nodes below it and the meshes that they place. Returns its number.
   std::size_t addNode(const XmlElement& element) {
     const std::size_t number = scene_.nodes.size();
     scene_.nodes.emplace_back();
@@ -135,7 +141,7 @@ class ColladaReader {
     for (const XmlElement& child : element.children) {
       node.transform *= transformOf(child);
       if (child.name == "instance_geometry")
-        node.meshes.push_back(meshOf(referred(child.attribute("url"), "geometry")));
+        node.meshes.push_back(meshOf(resolve(child.attribute("url"), "geometry")));
       else if (child.name == "instance_controller")
         node.meshes.push_back(meshOf(geometryOf(child.attribute("url"))));
       else if (child.name == "instance_node")
@@ -149,48 +155,50 @@ class ColladaReader {
 
   /// The geometry of a skin or a morph, whose source is a geometry or another controller.
   const XmlElement& geometryOf(const std::string& url) {
-    std::string next = url;
-    std::vector<const XmlElement**> unknown;  // where to store the geometry of each controller
-    while (const XmlElement* const controller = find("controller", next)) {
+    std::string source = url;
+    std::vector<const XmlElement**> unresolved;  // where to store the geometry of each controller
+    while (const XmlElement* const controller = find("controller", source)) {
       const auto [geometry, is_new] = geometries_.emplace(controller, nullptr);
       if (!is_new && !geometry->second)
         throw std::runtime_error("a controller is among its own sources");
-      if (!is_new) return keep(*geometry->second, unknown);
-      unknown.push_back(&geometry->second);
+      if (!is_new) return store(*geometry->second, unresolved);
+      unresolved.push_back(&geometry->second);
       const XmlElement& skin = controller->child("skin");
-      next = (skin.name.empty() ? controller->child("morph") : skin).attribute("source");
+      source = (skin.name.empty() ? controller->child("morph") : skin).attribute("source");
     }
-    return keep(referred(next, "geometry"), unknown);
+    return store(resolve(source, "geometry"), unresolved);
   }
 
-  static const XmlElement& keep(const XmlElement& found,
-                                const std::vector<const XmlElement**>& targets) {
-    for (const XmlElement** target : targets) *target = &found;
-    return found;
+  /// Stores a pointer to an element in all targets. Returns the element.
+  static const XmlElement& store(const XmlElement& element,
+                                 const std::vector<const XmlElement**>& targets) {
+    for (const XmlElement** target : targets) *target = &element;
+    return element;
   }
 
-  /// Resolves instances by id, or by name if no node has that id, as some writers do.
+  /// Adds instances as children, found by id, or by name if no node has that id (as some writers
+  /// refer to nodes). Then checks the hierarchy.
   void linkInstances() {
     if (!instances_.empty() && has_references_)
       throw std::runtime_error(
-          "it instances nodes, and has character references in the names of some");
+          "it has instances of nodes, and character references in the names of some nodes");
     std::string unknown;
     for (const auto& [parent, url] : instances_) {
       if (url.find_first_of("&<>\"'") != url.npos)
-        throw std::runtime_error("it instances a node of no valid name");
+        throw std::runtime_error("it has an instance of a node that has no valid name");
       const XmlElement* const node = find("node", url);
-      const auto known = node_numbers_.find(node ? node : find("visual_scene", url));
-      const auto named = nodes_by_name_.find(url.substr(std::min<std::size_t>(1, url.size())));
-      if (known != node_numbers_.end())
-        scene_.nodes[parent].children.push_back(known->second);
-      else if (named != nodes_by_name_.end())
-        scene_.nodes[parent].children.push_back(named->second);
+      const auto by_id = node_numbers_.find(node ? node : find("visual_scene", url));
+      const auto by_name = nodes_by_name_.find(url.substr(std::min<std::size_t>(1, url.size())));
+      if (by_id != node_numbers_.end())
+        scene_.nodes[parent].children.push_back(by_id->second);
+      else if (by_name != nodes_by_name_.end())
+        scene_.nodes[parent].children.push_back(by_name->second);
       else
         unknown = url;
     }
     checkHierarchy(scene_.nodes);
     if (!unknown.empty())
-      throw std::runtime_error("it instances the unknown node '" + unknown + "'");
+      throw std::runtime_error("it has an instance of the unknown node '" + unknown + "'");
   }
 
   /// The visual scene that is instantiated, or the first one.
@@ -198,12 +206,13 @@ class ColladaReader {
     const XmlElement& instance = document_.child("scene").child("instance_visual_scene");
     const XmlElement& scene = instance.name.empty()
                                   ? document_.child("library_visual_scenes").child("visual_scene")
-                                  : referred(instance.attribute("url"), "visual_scene");
+                                  : resolve(instance.attribute("url"), "visual_scene");
     const auto found = node_numbers_.find(&scene);
     if (found == node_numbers_.end()) throw std::runtime_error("it has no scene");
     return found->second;
   }
 
+  /// The number of the mesh of a geometry. Reads it at its first use.
   std::size_t meshOf(const XmlElement& geometry) {
     const auto [found, is_new] = mesh_numbers_.emplace(&geometry, scene_.meshes.size());
     if (is_new) {
@@ -214,6 +223,7 @@ class ColladaReader {
     return found->second;
   }
 
+  /// Adds an element of faces to the last mesh. Ignores other elements.
   void addPrimitive(const XmlElement& primitive) {
     const std::string& kind = primitive.name;
     if (kind != "triangles" && kind != "polylist" && kind != "polygons" && kind != "tristrips" &&
@@ -243,7 +253,8 @@ class ColladaReader {
   }
 
   /// Adds the vertices of a primitive, and returns the index of the first one. Primitives of a mesh
-  /// that use the same source share its vertices.
+  /// that use the same source share its vertices. In the primitive's lists of indices, every
+  /// `stride`-th number is a vertex, from `offset` on; the others are normals and so on.
   std::size_t addVertices(const XmlElement& primitive, std::size_t& stride, std::size_t& offset) {
     const XmlElement* source = nullptr;
     for (const XmlElement& input : primitive.children) {
@@ -252,7 +263,7 @@ class ColladaReader {
       stride = std::max(stride, its_offset + 1);
       if (input.attribute("semantic") != "VERTEX") continue;
       offset = its_offset;
-      source = &sourceOf(referred(input.attribute("source"), "vertices"));
+      source = &sourceOf(resolve(input.attribute("source"), "vertices"));
     }
     if (!source) throw std::runtime_error("a <" + primitive.name + "> has no vertices");
     std::vector<fcl::Vector3d>& vertices = scene_.meshes.back().vertices;
@@ -272,11 +283,12 @@ class ColladaReader {
       std::string source;
       for (const XmlElement& data : vertices.children)
         if (data.attribute("semantic") == "POSITION") source = data.attribute("source");
-      found->second = &referred(source, "source");
+      found->second = &resolve(source, "source");
     }
     return *found->second;
   }
 
+  /// The positions of a <source> element, each read once.
   const std::vector<fcl::Vector3d>& positionsOf(const XmlElement& source) {
     const auto [found, is_new] = positions_.try_emplace(&source);
     if (is_new) found->second = readPositions(source);
@@ -285,7 +297,7 @@ class ColladaReader {
 
   std::vector<fcl::Vector3d> readPositions(const XmlElement& source) {
     const XmlElement& accessor = source.child("technique_common").child("accessor");
-    const XmlElement& array = referred(accessor.attribute("source"), "float_array");
+    const XmlElement& array = resolve(accessor.attribute("source"), "float_array");
     const std::vector<double> numbers = numbersOf(array);
     const std::size_t size = numbers.size();
     limit_.take(size);
@@ -310,7 +322,8 @@ class ColladaReader {
     return positions;
   }
 
-  /// Adds faces; `sizes` are the polygons' numbers of corners. Returns the number of faces.
+  /// Adds faces of a primitive of this kind to the last mesh. For polygons, `sizes` are their
+  /// numbers of corners. Returns the number of faces.
   std::size_t addFaces(const std::string& kind, const std::vector<std::size_t>& sizes,
                        const std::vector<std::size_t>& corners) {
     PolygonMesh& mesh = scene_.meshes.back();
@@ -336,11 +349,11 @@ class ColladaReader {
   const XmlElement document_;
   ElementLimit limit_;
   FileScene scene_;
-  std::map<std::string, const XmlElement*> by_id_;  ///< "name#id"
-  std::map<std::string, std::size_t> nodes_by_name_;
+  std::map<std::string, const XmlElement*> by_id_;    ///< by "name#id", name of the element
+  std::map<std::string, std::size_t> nodes_by_name_;  ///< by the attribute "name"
   std::map<const XmlElement*, std::size_t> node_numbers_, mesh_numbers_;
-  std::vector<std::pair<std::size_t, std::string>> instances_;  ///< index of the node, and the url
-  bool has_references_ = false;
+  std::vector<std::pair<std::size_t, std::string>> instances_;  ///< number of the parent, url
+  bool has_references_ = false;  ///< whether a node's id or name has character references
 
   std::map<const XmlElement*, const XmlElement*>
       geometries_;  ///< by controller; null while being resolved

@@ -9,32 +9,33 @@
 namespace adaptive_bvh {
 namespace {
 
+/// The length in metres of a unit of AMF or 3MF. Throws if it is unknown.
 double metresOf(const std::string& unit) {
   static constexpr struct {
     const char* name;
     double metres;
   } kUnits[] = {{"micron", 1e-6}, {"millimeter", 1e-3}, {"centimeter", 1e-2}, {"inch", 0.0254},
                 {"foot", 0.3048}, {"feet", 0.3048},     {"meter", 1}};
-  for (const auto& known : kUnits)
-    if (unit == known.name) return known.metres;
+  for (const auto& entry : kUnits)
+    if (unit == entry.name) return entry.metres;
   throw std::runtime_error("its unit " + quote(unit) + " is unknown");
 }
 
 /// The root element of an XML text, without its content.
 XmlElement rootOf(std::string_view text) {
   std::size_t begin = text.find('<');
-  const auto isHere = [&](std::string_view word) {
+  const auto beginsWith = [&](std::string_view word) {
     return begin < text.size() && text.substr(begin, word.size()) == word;
   };
-  while (isHere("<?") || isHere("<!"))
-    begin = text.find('<', text.find(isHere("<!--") ? "-->" : ">", begin));
+  while (beginsWith("<?") || beginsWith("<!"))  // instructions, comments, a document type
+    begin = text.find('<', text.find(beginsWith("<!--") ? "-->" : ">", begin));
   const std::size_t end = text.find('>', begin);
   if (end >= text.size()) throw std::runtime_error("its model has no root element");
   const bool is_empty = text[end - 1] == '/';
   return parseXml(std::string(text.substr(begin, end - begin)) + (is_empty ? ">" : "/>"));
 }
 
-/// The name of the model file in a 3MF archive; empty if there is none.
+/// The name of the model file, which a 3MF archive gives in a list of relationships; or empty.
 std::string modelOf(const ZipArchive& archive) {
   const auto text = archive.find("_rels/.rels");
   const XmlElement root = text ? parseXml(*text) : XmlElement();

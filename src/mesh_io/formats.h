@@ -23,8 +23,7 @@ PolygonMesh readObj(std::string_view text);
 /// attribute count.
 PolygonMesh readStl(std::string_view bytes);
 
-/// Whether a file's length is exactly that of the triangles that it announces as a binary STL file,
-/// with or without payloads.
+/// Whether a file has exactly the length of a binary STL file, with or without payloads.
 bool hasLengthOfBinaryStl(std::string_view bytes);
 
 /// Reads text PLY, with one element per line, or binary PLY of either byte order; faces and

@@ -1,3 +1,5 @@
+// Reads arrays of numbers by glTF's accessors. The functions at, countAt and textAt return parts of
+// the document that may be missing (gltf_json.h).
 #include "gltf_accessors.h"
 
 #include <numeric>
@@ -26,6 +28,7 @@ double normalized(double number, BinaryType type) {
   return type.kind == 'f' ? number : std::max(number / (std::ldexp(1., digits) - 1), -1.);
 }
 
+/// An index as an integer. Throws unless it is below `count`.
 std::size_t indexOf(double index, std::size_t count) {
   if (index >= 0 && index < static_cast<double>(count)) return static_cast<std::size_t>(index);
   throw std::runtime_error("a triangle names vertex " + textOf(index) + " of " +
@@ -78,13 +81,13 @@ std::vector<double> GltfAccessors::read(const Json& accessor, BinaryType type, s
   std::vector<double> numbers(count * width);
   for (std::size_t i = 0; view && i < numbers.size(); ++i)
     numbers[i] = view->number(i / width, i % width);
-  change(at(accessor, "sparse"), type, width, numbers);
+  applySparse(at(accessor, "sparse"), type, width, numbers);
   return numbers;
 }
 
 /// Replaces the elements that a sparse accessor lists.
-void GltfAccessors::change(const Json& sparse, BinaryType type, std::size_t width,
-                           std::vector<double>& numbers) {
+void GltfAccessors::applySparse(const Json& sparse, BinaryType type, std::size_t width,
+                                std::vector<double>& numbers) {
   const std::size_t changes = countAt(sparse, "count"), count = numbers.size() / width;
   if (sparse.is_null()) return;
   if (changes > count)
@@ -103,11 +106,12 @@ void GltfAccessors::change(const Json& sparse, BinaryType type, std::size_t widt
 /// The view of an accessor, cached because names in glTF 1 may be long.
 const GltfView& GltfAccessors::viewOf(const Json& source, BinaryType type, std::size_t count,
                                       std::size_t width) {
-  const auto known = views_.find(&source);
-  if (known != views_.end()) return known->second;
+  const auto found = views_.find(&source);
+  if (found != views_.end()) return found->second;
   return views_.emplace(&source, findView(source, type, count, width)).first->second;
 }
 
+/// Reads the view of an accessor, and checks that it is within its buffer.
 GltfView GltfAccessors::findView(const Json& source, BinaryType type, std::size_t count,
                                  std::size_t width) {
   const Json& view = at(at(gltf_, "bufferViews"), at(source, "bufferView"));
@@ -120,7 +124,7 @@ GltfView GltfAccessors::findView(const Json& source, BinaryType type, std::size_
   if (stride == 0) stride = size;
   // In this order, nothing overflows.
   if (begin > buffer.size() || length > buffer.size() - begin)
-    throw std::runtime_error("a part of a buffer reaches past its end");
+    throw std::runtime_error("a part of a buffer reaches past the buffer's end");
   if (count > 0 &&
       (offset > length || size > length - offset || count - 1 > (length - offset - size) / stride))
     throw std::runtime_error("an accessor reaches past its part of a buffer");

@@ -9,12 +9,13 @@
 
 namespace adaptive_bvh {
 
-/// A range of a buffer that holds `width` numbers for each element.
+/// A part of a buffer with `count` elements, of `width` numbers each.
 struct GltfView {
-  std::string_view bytes;  ///< from the first number to the last
+  std::string_view bytes;  ///< from the first number on
   BinaryType type;
-  std::size_t count, width, stride;
+  std::size_t count, width, stride;  ///< stride: bytes from one element to the next
 
+  /// Number k of an element.
   double number(std::size_t element, std::size_t k) const {
     return numberAt(bytes, stride * element + type.bytes * k, type);
   }
@@ -28,11 +29,9 @@ class GltfAccessors {
   GltfAccessors(const Json& gltf, GltfBuffers buffers, std::size_t bytes)
       : gltf_(gltf), buffers_(std::move(buffers)), bytes_(bytes), limit_(kReadsTooOften, bytes) {}
 
-  /// The positions of an accessor.
-  std::vector<fcl::Vector3d> positions(const Json& accessor);
+  std::vector<fcl::Vector3d> positions(const Json& accessor);  ///< the positions of an accessor
 
-  /// The indices of an accessor, each below `vertices`. If `accessor` is null, all vertices in
-  /// order.
+  /// The indices of an accessor, each below `vertices`; if it is null, all vertices in order.
   std::vector<std::size_t> indices(const Json* accessor, std::size_t vertices);
 
   /// The total bytes of the document and of the buffers that were read.
@@ -40,7 +39,8 @@ class GltfAccessors {
 
  private:
   std::vector<double> read(const Json& accessor, BinaryType type, std::size_t width);
-  void change(const Json& sparse, BinaryType type, std::size_t width, std::vector<double>& numbers);
+  void applySparse(const Json& sparse, BinaryType type, std::size_t width,
+                   std::vector<double>& numbers);
   const GltfView& viewOf(const Json& source, BinaryType type, std::size_t count, std::size_t width);
   GltfView findView(const Json& source, BinaryType type, std::size_t count, std::size_t width);
 

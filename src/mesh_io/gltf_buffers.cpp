@@ -1,3 +1,4 @@
+// Reads the buffers of a glTF document by their URIs.
 #include "gltf_buffers.h"
 
 #include <algorithm>
@@ -10,7 +11,7 @@ namespace {
 
 std::string fromBase64(std::string_view text) {
   std::string bytes;
-  std::uint32_t group = 0;
+  std::uint32_t group = 0;  // bits that are read; the lowest `bits` of them are not yet written
   int bits = 0;
   for (const char c : text.substr(0, text.find('='))) {
     const std::size_t digit =
@@ -44,11 +45,12 @@ std::string fromUri(const std::string& uri) {
 }  // namespace
 
 std::string_view GltfBuffers::bytesOf(const Json& buffer) {
-  const auto [found, is_new] = known_.try_emplace(&buffer);
+  const auto [found, is_new] = buffers_.try_emplace(&buffer);
   if (is_new) found->second = read(textAt(buffer, "uri"));
   return found->second;
 }
 
+/// The bytes that a URI refers to; without a URI, the embedded buffer.
 std::string_view GltfBuffers::read(const std::string& uri) {
   if (uri.empty() || uri == "data:,") return chunk_;
   if (uri.rfind("data:", 0) != 0) return files_.read(fromUri(uri));

@@ -11,15 +11,15 @@
 
 namespace adaptive_bvh {
 
-/// The buffers of a glTF document; each is read or decoded when first needed.
+/// The buffers of a glTF document: in the binary file itself, in other files, or in data URIs. Each
+/// is read or decoded when first needed.
 class GltfBuffers {
  public:
   /// `chunk` is the embedded buffer of a binary file (.glb).
   GltfBuffers(std::string chunk, NamedFiles files)
       : chunk_(std::move(chunk)), files_(std::move(files)) {}
 
-  /// The bytes of a buffer; the view stays valid as long as this object. Throws std::runtime_error
-  /// if they cannot be read.
+  /// The bytes of a buffer, valid as long as this object. Throws std::runtime_error on failure.
   std::string_view bytesOf(const Json& buffer);
 
   /// The total bytes of all files that were read.
@@ -30,8 +30,8 @@ class GltfBuffers {
 
   std::string chunk_;
   NamedFiles files_;
-  std::deque<std::string> decoded_;                ///< from data URIs
-  std::map<const Json*, std::string_view> known_;  ///< results of bytesOf
+  std::deque<std::string> decoded_;                  ///< contents of data URIs
+  std::map<const Json*, std::string_view> buffers_;  ///< results of bytesOf
 };
 
 }  // namespace adaptive_bvh

@@ -1,3 +1,4 @@
+// Access to parts of a glTF document that may be missing or of another type.
 #include "gltf_json.h"
 
 #include <stdexcept>
@@ -19,7 +20,7 @@ std::size_t countAt(const Json& container, const char* key, std::size_t otherwis
   const Json& value = at(container, key);
   if (value.is_null()) return otherwise;
   if (!value.is_number_unsigned())
-    throw std::runtime_error(std::string("a ") + key + " is no count");
+    throw std::runtime_error(std::string("a ") + key + " is not a count");
   return value.get<std::size_t>();
 }
 

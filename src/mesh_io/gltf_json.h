@@ -13,13 +13,14 @@ namespace adaptive_bvh {
 
 using Json = nlohmann::json;
 
-/// A member or element; null if there is none. glTF 2 refers to elements by index, glTF 1 by key.
+/// The member or element of a container with this key or index; null if there is none, or if
+/// `container` is null. (glTF 2 refers to elements by index, glTF 1 by key.)
 const Json& at(const Json& container, const Json& key);
 
-/// A count, or `otherwise` if it is missing. Throws std::runtime_error if it is not a count.
+/// The member as a count; `otherwise` if it is missing. Throws std::runtime_error for other values.
 std::size_t countAt(const Json& container, const char* key, std::size_t otherwise = 0);
 
-/// A member that is a string; empty if it is not.
+/// The member of an object as a string; empty if it is missing or not a string.
 const std::string& textAt(const Json& container, const char* key);
 
 /// \}

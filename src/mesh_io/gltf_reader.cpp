@@ -1,4 +1,5 @@
-// Reads glTF: the nodes of the scene, then the meshes that they refer to.
+// Reads glTF: the nodes of the scene, then the meshes that they refer to. at(container, key)
+// returns a part of the JSON document, or null if it is missing (gltf_json.h).
 #include <algorithm>
 #include <map>
 #include <set>
@@ -18,11 +19,12 @@ void readNumbers(const Json& container, const char* key, double (&numbers)[Size]
   if (list.is_null()) return;
   if (!list.is_array() || list.size() != Size ||
       !std::all_of(list.begin(), list.end(), [](const Json& x) { return x.is_number(); }))
-    throw std::runtime_error(std::string("a ") + key + " has not " + std::to_string(Size) +
+    throw std::runtime_error(std::string("a ") + key + " does not have " + std::to_string(Size) +
                              " numbers");
   for (std::size_t k = 0; k < Size; ++k) numbers[k] = list[k].get<double>();
 }
 
+/// The transform of a node to its parent: a matrix, or translation, rotation and scale.
 Eigen::Matrix4d transformOf(const Json& node) {
   double matrix[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
   double translation[3] = {}, rotation[4] = {0, 0, 0, 1}, scale[3] = {1, 1, 1};
@@ -50,6 +52,7 @@ bool isHarmless(const std::string& extension) {
 /// Numbers JSON values in the order of their first use.
 class Numbering {
  public:
+  /// The number of a value; a new one at its first use.
   std::size_t numberOf(const Json& thing) {
     const auto [found, is_new] = numbers_.emplace(&thing, things_.size());
     if (is_new) things_.push_back(&thing);
@@ -89,15 +92,17 @@ class GltfReader {
  private:
   /// Adds the scene as first node, then all nodes below it.
   void addNodes() {
-    const Json &scenes = at(gltf_, "scenes"), &named = at(gltf_, "scene");
-    nodes_.numberOf(gltf_);  // stands for the scene
+    const Json &scenes = at(gltf_, "scenes"), &scene_key = at(gltf_, "scene");
+    nodes_.numberOf(gltf_);  // number 0 stands for the scene
     SceneNode scene;
     if (scenes.empty())
       scene.children = rootNodes();
     else
-      addAll(at(gltf_, "nodes"), at(at(scenes, named.is_null() ? Json(0u) : named), "nodes"),
-             nodes_, scene.children);
-    for (std::size_t n = 1; n < nodes_.size(); ++n) childrenOf(nodes_[n]);  // assigns numbers
+      addAll(at(gltf_, "nodes"),
+             at(at(scenes, scene_key.is_null() ? Json(0u) : scene_key), "nodes"), nodes_,
+             scene.children);
+    // Assigns numbers to all nodes below; nodes_ grows in the loop.
+    for (std::size_t n = 1; n < nodes_.size(); ++n) childrenOf(nodes_[n]);
     scene_.nodes.reserve(nodes_.size());
     scene_.nodes.push_back(std::move(scene));
     for (std::size_t n = 1; n < nodes_.size(); ++n) scene_.nodes.push_back(nodeOf(nodes_[n]));
@@ -152,13 +157,14 @@ class GltfReader {
       if (!meshes_.has(mesh)) scene_.nodes[0].meshes.push_back(meshes_.numberOf(mesh));
   }
 
+  /// Adds a mesh: the triangles of all its primitives.
   void addMesh(const Json& source) {
     PolygonMesh& mesh = scene_.meshes.emplace_back();
     std::map<const Json*, std::size_t> first_vertices;  // by accessor already read
     for (const Json& primitive : at(source, "primitives")) {
       const Json& key = at(at(primitive, "attributes"), "POSITION");
       const std::size_t mode = countAt(primitive, "mode", countAt(primitive, "primitive", 4));
-      if (mode < 4 || key.is_null()) continue;  // points and lines
+      if (mode < 4 || key.is_null()) continue;  // 0 to 3 are points and lines
       const Json& accessor = at(at(gltf_, "accessors"), key);
       const auto [first, is_new] = first_vertices.emplace(&accessor, mesh.vertices.size());
       if (is_new) {
@@ -185,8 +191,8 @@ class GltfReader {
   FileScene scene_;
 };
 
-/// Reads a binary file: a header of three words, then chunks of JSON and of bytes. Version 1 has a
-/// header of five words, JSON, and bytes.
+/// Reads a binary file: a header of three words, then chunks of JSON and of bytes, each after its
+/// length and its type. Version 1 is read as a single chunk of JSON, and bytes.
 FileScene readBinary(const std::string& bytes, NamedFiles files) {
   const bool is_old = bytes.size() >= 20 && wordAt(bytes, 4) == 1;
   std::string parts[2];

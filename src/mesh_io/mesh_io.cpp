@@ -9,7 +9,6 @@
 #include <iterator>
 #include <new>
 #include <optional>
-#include <stdexcept>
 
 #include "formats.h"
 #include "printable.h"
@@ -26,6 +25,7 @@ bool isOneOf(std::initializer_list<const char*> words, std::string_view word) {
 
 bool contains(std::string_view text, const char* part) { return text.find(part) != text.npos; }
 
+/// The extension of a file's name, in lower case and without the dot.
 std::string extensionOf(const std::string& path) {
   return inLowerCase(path.substr(path.find_last_of('.') + 1));
 }
@@ -79,6 +79,7 @@ bool isXml(const std::string& path, const std::string& bytes) {
          isOneOf({"amf", "irr", "irrmesh", "x3d", "xgl", "xml"}, extensionOf(path));
 }
 
+/// Reads a file with assimp, after checks of what assimp itself does not check.
 FileScene readOther(const std::string& path, const std::string& bytes) {
   std::optional<double> unit;
   if (isXml(path, bytes))
@@ -91,6 +92,7 @@ FileScene readOther(const std::string& path, const std::string& bytes) {
   return scene;
 }
 
+/// A scene of one node, which places one mesh.
 FileScene sceneOf(PolygonMesh mesh) {
   FileScene scene;
   scene.meshes.push_back(std::move(mesh));
@@ -132,7 +134,7 @@ namespace {
   throw MeshLoadError(printable("cannot load mesh '" + path + "': " + reason));
 }
 
-/// The directions right, up and towards the viewer, as Collada defines them.
+/// The directions right, up and towards the viewer (columns), as Collada defines them.
 Eigen::Matrix3d axesOf(UpAxis up) {
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
   if (up == UpAxis::X) axes << 0, 1, 0, -1, 0, 0, 0, 0, 1;

@@ -1,3 +1,4 @@
+// Reads the files that a document names, if they are allowed.
 #include "named_files.h"
 
 #include <algorithm>
@@ -36,7 +37,7 @@ NamedFiles::NamedFiles(const std::string& document, bool anywhere)
 
 const std::string& NamedFiles::read(const std::string& name) {
   if (name.empty() || name.size() > kLongestName || name.find('\0') != name.npos)
-    throw std::runtime_error("it names a file of no valid name");
+    throw std::runtime_error("it names a file by a name that is not valid");
   const auto refuse = [&] {
     throw std::runtime_error("it names the file '" + name +
                              "', which is not in its folder or below it");

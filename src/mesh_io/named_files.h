@@ -18,8 +18,7 @@ class NamedFiles {
   /// document's folder (the folder of its path, or of the file that its own link leads to).
   const std::string& read(const std::string& name);
 
-  /// The total bytes of all files that were read.
-  std::size_t bytes() const { return bytes_; }
+  std::size_t bytes() const { return bytes_; }  ///< the total bytes of all files that were read
 
  private:
   const std::string document_;

@@ -16,8 +16,8 @@ std::string readStatement(Words& lines) {
   return statement.substr(0, statement.find('#'));
 }
 
-/// The vertex index in "7", "7/1", "7//3" or "7/1/3", which counts from 1, or backwards from the
-/// last vertex if negative.
+/// The vertex (from 0) that a corner "7", "7/1", "7//3" or "7/1/3" names: its number counts from 1,
+/// or backwards from the last of the `vertices` so far if it is negative.
 std::size_t vertexOf(std::string_view corner, std::size_t vertices, const Words& lines) {
   const auto index = integerOf(corner.substr(0, corner.find('/')));
   if (!index || *index == 0) lines.fail(quote(corner) + " is no corner of a face");

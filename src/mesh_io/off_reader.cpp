@@ -27,20 +27,21 @@ class Header {
   }
   /// Skips the number of edges, which may be missing, or alone on a line.
   void skipEdges() {
-    Words after = text_;
+    Words after_next_line = text_;
     std::string_view line;
-    if (!line_.next().empty() || !nextLine(after, line)) return;
+    if (!line_.next().empty() || !nextLine(after_next_line, line)) return;
     Words words(line);
     words.next();
-    if (words.next().empty()) text_ = after;
+    if (words.next().empty()) text_ = after_next_line;
   }
 
  private:
   Words& text_;
-  Words line_{""};
+  Words line_{""};  ///< the rest of the current line
 };
 
-/// The letters before OFF, which announce additional vertex data; 4 means four coordinates.
+/// The letters before OFF, which announce additional vertex data; 4 means four coordinates. Throws
+/// for other first words, and for "nOFF" (other dimensions).
 std::string prefixOf(std::string_view keyword) {
   const std::size_t off = keyword.find("OFF");
   if (off == keyword.npos || off + 3 != keyword.size() ||
@@ -49,6 +50,7 @@ std::string prefixOf(std::string_view keyword) {
   return std::string(keyword.substr(0, off));
 }
 
+/// The vertex in a line. `text` is used for messages.
 fcl::Vector3d readVertex(std::string_view line, bool is_homogeneous, const Words& text) {
   Words words(line);
   Eigen::Vector4d p(0, 0, 0, 1);

@@ -35,12 +35,14 @@ class WorkLimit {
 /// predicates", 1997).
 class ExpansionSum {
  public:
+  /// Adds a b. There may be six products.
   void addProduct(double a, double b) {
     const double product = a * b;
-    add(std::fma(a, b, -product));
+    add(std::fma(a, b, -product));  // the rounding error of the product, exactly
     add(product);
   }
 
+  /// The sign of the sum: 1, 0 or -1.
   int sign() const {
     for (std::size_t k = size_; k-- > 0;)
       if (terms_[k] != 0) return terms_[k] > 0 ? 1 : -1;
@@ -77,7 +79,7 @@ class PlanarPredicates {
     if ((ax == 0 || by == 0) && (ay == 0 || bx == 0))
       return 0;  // a difference is 0 only if the numbers are equal
     work_.spend(kExactSteps);
-    ExpansionSum sum;
+    ExpansionSum sum;  // the determinant, without differences of coordinates
     sum.addProduct(a.x, b.y);
     sum.addProduct(-a.x, c.y);
     sum.addProduct(-c.x, b.y);
@@ -89,8 +91,8 @@ class PlanarPredicates {
 
   /// Whether x lies on the segment from a to b, ends excluded.
   bool isWithinSegment(const PlanarPoint& a, const PlanarPoint& b, const PlanarPoint& x) const {
-    const auto isBetween = [](double from, double to, double at) {
-      return std::min(from, to) < at && at < std::max(from, to);
+    const auto isBetween = [](double from, double to, double number) {
+      return std::min(from, to) < number && number < std::max(from, to);
     };
     return (a.x == b.x ? isBetween(a.y, b.y, x.y) : isBetween(a.x, b.x, x.x)) &&
            orientation(a, b, x) == 0;
@@ -122,14 +124,14 @@ class PlanarPredicates {
   }
 
  private:
-  static constexpr std::size_t kExactSteps = 60, kTestSteps = 4;
+  static constexpr std::size_t kExactSteps = 60, kTestSteps = 4;  ///< work, see WorkLimit
 
-  /// Whether a segment's interval [from, to] is outside the interval of a triangle's three
-  /// coordinates.
+  /// Whether the interval of a segment is outside that of a triangle's three coordinates.
   static bool areOnOneSide(double a, double b, double c, double from, double to) {
     return std::max(from, to) <= std::min({a, b, c}) || std::min(from, to) >= std::max({a, b, c});
   }
 
+  /// Whether the intervals of two triangles along coordinate k do not overlap.
   static bool areOnOneSide(const PlanarTriangle& a, const PlanarTriangle& b,
                            double PlanarPoint::*k) {
     const auto [a_least, a_most] = std::minmax({a[0].*k, a[1].*k, a[2].*k});

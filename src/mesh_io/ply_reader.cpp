@@ -8,35 +8,38 @@
 namespace adaptive_bvh {
 namespace {
 
+/// The type with this name; kind 0 if there is none.
 BinaryType typeOf(std::string_view name) {
   static const struct {
-    const char *name, *other;
+    const char *name, *alias;
     BinaryType type;
   } kTypes[] = {{"char", "int8", {'i', 1}},     {"uchar", "uint8", {'u', 1}},
                 {"short", "int16", {'i', 2}},   {"ushort", "uint16", {'u', 2}},
                 {"int", "int32", {'i', 4}},     {"uint", "uint32", {'u', 4}},
                 {"float", "float32", {'f', 4}}, {"double", "float64", {'f', 8}}};
-  for (const auto& known : kTypes)
-    if (name == known.name || name == known.other) return known.type;
+  for (const auto& entry : kTypes)
+    if (name == entry.name || name == entry.alias) return entry.type;
   return {};
 }
 
+/// A property of an element: a number, or a list of numbers.
 struct Property {
   std::string name;
-  BinaryType count;  ///< type of a list's count
+  BinaryType count;  ///< type of a list's count; kind 0 for a number
   BinaryType value;
 };
 
+/// A kind of element, such as "vertex" or "face".
 struct Element {
   std::string name;
-  std::size_t count = 0;
+  std::size_t count = 0;  ///< number of elements in the body
   std::vector<Property> properties;
 };
 
 struct PlyHeader {
   std::string format;
-  std::vector<Element> elements;
-  std::size_t end = 0;  ///< beginning of the body
+  std::vector<Element> elements;  ///< in the order of the body
+  std::size_t end = 0;            ///< position of the body in the file
 };
 
 Property readProperty(Words& words) {
@@ -75,13 +78,14 @@ PlyHeader readHeader(std::string_view bytes) {
       break;
     }
   }
-  header.end = lines.at();
+  header.end = lines.position();
   // If lines end with "\r" alone, a "\n" is the first byte of the body.
   if (bytes.compare(header.end - 2, 2, "\r\n") == 0 && bytes.find("\r\n") == header.end - 2)
     --header.end;
   return header;
 }
 
+/// Throws unless vertices have coordinates.
 void checkVertices(const Element& element) {
   for (const char* name : {"x", "y", "z"})
     if (std::none_of(element.properties.begin(), element.properties.end(),
@@ -93,7 +97,7 @@ void checkVertices(const Element& element) {
 class Body {
  public:
   Body(std::string_view bytes, const PlyHeader& header)
-      : bytes_(bytes), at_(header.end), lines_(bytes, header.end) {
+      : bytes_(bytes), position_(header.end), lines_(bytes, header.end) {
     is_ascii_ = header.format == "ascii";
     is_big_endian_ = header.format == "binary_big_endian";
     if (!is_ascii_ && !is_big_endian_ && header.format != "binary_little_endian")
@@ -106,6 +110,7 @@ class Body {
 
   double next(BinaryType type) { return is_ascii_ ? nextOfLine(type) : nextBinary(type); }
 
+  /// Throws if the line of a text continues.
   void endElement() {
     const std::string_view word = is_ascii_ ? line_.next() : "";
     if (!word.empty()) lines_.fail(quote(word) + " is more than its header announces");
@@ -137,15 +142,15 @@ class Body {
   }
 
   double nextBinary(BinaryType type) {
-    if (type.bytes > bytes_.size() - at_) throw std::runtime_error("it ends early");
-    at_ += type.bytes;
-    return numberAt(bytes_, at_ - type.bytes, type, is_big_endian_);
+    if (type.bytes > bytes_.size() - position_) throw std::runtime_error("it ends early");
+    position_ += type.bytes;
+    return numberAt(bytes_, position_ - type.bytes, type, is_big_endian_);
   }
 
   const std::string_view bytes_;
-  std::size_t at_;  ///< position in a binary body
-  Words lines_;
-  Words line_{""};
+  std::size_t position_;  ///< in a binary body
+  Words lines_;           ///< the lines of a text
+  Words line_{""};        ///< the rest of the current line
   bool is_ascii_, is_big_endian_;
 };
 
@@ -194,6 +199,7 @@ class PlyReader {
     return property.name == "vertex_indices" || property.name == "vertex_index";
   }
 
+  /// Reads a list of numbers into `list_`.
   void readList(const Property& property) {
     const double count = body_.next(property.count);
     if (!(count >= 0 && count <= static_cast<double>(bytes_)))
@@ -228,7 +234,7 @@ class PlyReader {
 
   const PlyHeader header_;
   Body body_;
-  const std::size_t bytes_;
+  const std::size_t bytes_;  ///< size of the file
   PolygonMesh mesh_;
   std::vector<double> list_;
 };

@@ -1,3 +1,4 @@
+// Makes any bytes printable, for messages that quote a file.
 #include "printable.h"
 
 #include <algorithm>
@@ -14,12 +15,12 @@ std::size_t lengthOfCharacter(std::string_view text) {
   if (first < 0x80) return first >= 0x20 && first != 0x7F ? 1 : 0;
   if (first < 0xC0 || first >= 0xF8) return 0;
   const std::size_t length = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
-  unsigned code = first & 0x7Fu >> length;
+  unsigned code = first & 0x7Fu >> length;  // bits of the first byte after its length
   for (std::size_t k = 1; k < length; ++k) {
     if (byte(k) >> 6 != 2) return 0;
     code = code << 6 | (byte(k) & 0x3F);
   }
-  constexpr unsigned kLeast[] = {0x80, 0x800, 0x10000};
+  constexpr unsigned kLeast[] = {0x80, 0x800, 0x10000};  // smaller codes must be shorter
   const bool is_surrogate = code >> 11 == 0x1B;
   return code < kLeast[length - 2] || code > 0x10FFFF || is_surrogate ? 0 : length;
 }

@@ -5,7 +5,7 @@
 
 namespace adaptive_bvh {
 
-/// The text as valid UTF-8 without control characters: other bytes become "\xE9".
+/// The text as valid UTF-8 without control characters: other bytes become a code such as "\xE9".
 std::string printable(std::string_view text);
 
 /// A word in quotation marks, for a message; long words are truncated.

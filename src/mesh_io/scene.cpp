@@ -11,13 +11,15 @@ namespace {
 using Matrix4d = Eigen::Matrix4d;
 using Mesh = TriangleMesh<double>;
 
+/// The state of a node in checkHierarchy.
 struct NodeState {
-  enum { New, Open, Done } state = New;
-  std::size_t children_done = 0;
-  std::size_t levels = 1;      ///< levels of its subtree
+  enum { New, Open, Done } state = New;  ///< `Open` on the path from the root to the current node
+  std::size_t children_done = 0;         ///< number of children that are Done
+  std::size_t levels = 1;                ///< levels of its subtree
   std::size_t placements = 1;  ///< nodes of its subtree, counted once for each path to them
 };
 
+/// Adds a transformed mesh to another. Reverses triangles if the transform mirrors them.
 void place(const Mesh& source, const Matrix4d& transform, Mesh& mesh) {
   const std::size_t offset = mesh.vertices.size();
   for (const fcl::Vector3d& p : source.vertices)
@@ -36,9 +38,10 @@ std::size_t elementsOf(const Mesh& mesh) {
 
 /// The limit on placed vertices and triangles. Meshes that are placed only once never exceed it.
 ElementLimit placementLimit(const FileScene& scene, const std::vector<Mesh>& meshes) {
-  std::size_t own = 0;
-  for (const Mesh& mesh : meshes) own += elementsOf(mesh);
-  const std::size_t most = scene.bytes > 0 ? std::max(own, scene.bytes / 2) : 4 * own;
+  std::size_t placed_once = 0;
+  for (const Mesh& mesh : meshes) placed_once += elementsOf(mesh);
+  const std::size_t most =
+      scene.bytes > 0 ? std::max(placed_once, scene.bytes / 2) : 4 * placed_once;
   return {"its nodes place meshes so often", most};
 }
 
@@ -100,8 +103,8 @@ void checkHierarchy(const std::vector<SceneNode>& nodes) {
         throw std::runtime_error("its nodes are nested in more than " +
                                  std::to_string(kMostLevels) + " levels");
       if (node.placements > most_placements)
-        throw std::runtime_error("its nodes name each other so often that more than " +
-                                 std::to_string(most_placements) + " come of them");
+        throw std::runtime_error("its nodes share children so often that more than " +
+                                 std::to_string(most_placements) + " nodes would be placed");
     }
   }
 }
@@ -118,7 +121,7 @@ Mesh flatten(FileScene scene, const Matrix4d& root) {
   Mesh result;
   ElementLimit limit = placementLimit(scene, meshes);
   std::vector<OpenNode> path;
-  const auto open = [&](std::size_t number, const Matrix4d& parent) {
+  const auto enter = [&](std::size_t number, const Matrix4d& parent) {
     const SceneNode& node = scene.nodes[number];
     path.push_back({number, 0, parent * node.transform});
     for (const std::size_t mesh : node.meshes) {
@@ -126,13 +129,13 @@ Mesh flatten(FileScene scene, const Matrix4d& root) {
       place(meshes[mesh], node.is_skinned ? root : path.back().transform, result);
     }
   };
-  for (open(scene.root, root); !path.empty();) {
+  for (enter(scene.root, root); !path.empty();) {
     OpenNode& last = path.back();
     const std::vector<std::size_t>& children = scene.nodes[last.number].children;
     if (last.children_done == children.size())
       path.pop_back();
     else
-      open(children[last.children_done++], Matrix4d(last.transform));
+      enter(children[last.children_done++], Matrix4d(last.transform));
   }
   return result;
 }

@@ -1,25 +1,24 @@
 #pragma once
 
 #include <cstddef>
-#include <string>
 #include <vector>
 
 #include "adaptive_bvh/mesh_io.h"
 #include "planar.h"
 
-// The content of a mesh file: nodes that place meshes of polygons. Limits of its size.
+// What readers of files return: nodes that place meshes of polygons. Limits on its size.
 namespace adaptive_bvh {
 
 /// Positions, and polygonal faces.
 struct PolygonMesh {
   std::vector<fcl::Vector3d> vertices;
-  std::vector<std::size_t> corners;  ///< of all faces, in sequence
-  std::vector<std::size_t> sizes;    ///< corners of each face
+  std::vector<std::size_t> corners;  ///< vertices of all faces, one face after the other
+  std::vector<std::size_t> sizes;    ///< number of corners of each face
 
   /// Makes a face of the corners that were added to `corners` since the last face.
   void endFace() {
-    sizes.push_back(corners.size() - in_faces_);
-    in_faces_ = corners.size();
+    sizes.push_back(corners.size() - corners_in_faces_);
+    corners_in_faces_ = corners.size();
   }
   void addTriangle(std::size_t a, std::size_t b, std::size_t c) {
     corners.insert(corners.end(), {a, b, c});
@@ -27,16 +26,16 @@ struct PolygonMesh {
   }
 
   enum class Layout { List, Strip, Fan };
-  /// Adds triangles of consecutive corners. In a strip, every other triangle is reversed.
-  void addTriangles(const std::vector<std::size_t>& all, Layout layout) {
-    for (std::size_t i = 0; i + 2 < all.size(); i += layout == Layout::List ? 3 : 1) {
+  /// Adds the triangles of a list of vertices. In a strip, every other triangle is reversed.
+  void addTriangles(const std::vector<std::size_t>& list, Layout layout) {
+    for (std::size_t i = 0; i + 2 < list.size(); i += layout == Layout::List ? 3 : 1) {
       const std::size_t odd = layout == Layout::Strip ? i % 2 : 0;
-      addTriangle(all[layout == Layout::Fan ? 0 : i + odd], all[i + 1 - odd], all[i + 2]);
+      addTriangle(list[layout == Layout::Fan ? 0 : i + odd], list[i + 1 - odd], list[i + 2]);
     }
   }
 
  private:
-  std::size_t in_faces_ = 0;  ///< corners of complete faces
+  std::size_t corners_in_faces_ = 0;  ///< number of corners of complete faces
 };
 
 /// Triangulates polygons without adding vertices; area and normal are preserved. Triangles are
@@ -68,8 +67,8 @@ constexpr std::size_t kPolygonSteps = 60000000, kPolygonStepsPerCorner = 200;
 /// The most levels of nested nodes, or of nested text around them, that a file may have.
 constexpr std::size_t kMostLevels = 500;
 
-/// The most nodes of a file, each counted once for each path to it: the larger of kMostPlacements
-/// and `kMostPlacementsPerNode` times the number of nodes in the file.
+/// The most nodes of a file, each counted once for each path to it from the root: the larger of
+/// `kMostPlacements` and `kMostPlacementsPerNode` times the number of nodes in the file.
 constexpr std::size_t kMostPlacements = 20000, kMostPlacementsPerNode = 4;
 
 /// The most vertices and triangles that a file of a megabyte or less may produce: placing and
@@ -79,8 +78,7 @@ constexpr std::size_t kMostElements = 500000;
 /// Limits the number of elements that a file produces, before memory is allocated for them.
 class ElementLimit {
  public:
-  /// The limit is `most` or `kMostElements`, whichever is greater. `cause` begins the message of
-  /// the exception.
+  /// The limit is the greater of `most` and `kMostElements`. `cause` begins the message.
   ElementLimit(const char* cause, std::size_t most) : cause_(cause), allowed_(most) {}
 
   /// Increases the limit, because the bytes of another file were read.
@@ -94,15 +92,17 @@ class ElementLimit {
   std::size_t allowed_, taken_ = 0;
 };
 
-/// Cause of an exception: several meshes read one list, or an announced list is missing.
+/// The cause of an ElementLimit on what meshes read: several may read the same list, or the file
+/// may announce a list that it does not have.
 constexpr const char* kReadsTooOften =
     "its meshes read the same data so often, or so much that the file does not have,";
 
+/// A node of the file's hierarchy. Nodes and meshes are indices in FileScene.
 struct SceneNode {
-  Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();  ///< to its parent
-  std::vector<std::size_t> children;  ///< child nodes; several parents may share one
+  Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();  ///< to the frame of its parent
+  std::vector<std::size_t> children;                        ///< several parents may share one
   std::vector<std::size_t> meshes;
-  bool is_skinned = false;  ///< its meshes ignore transforms
+  bool is_skinned = false;  ///< if true, its meshes are in the frame of the root
 };
 
 /// The content of a file.
@@ -111,7 +111,7 @@ struct FileScene {
   std::vector<SceneNode> nodes;
   std::size_t root = 0;          ///< node that is placed, with all nodes below it
   UpAxis up = UpAxis::AsInFile;  ///< up axis of the file; `AsInFile` if not declared
-  double unit = 1;               ///< metres
+  double unit = 1;               ///< in metres
   std::size_t bytes = 0;  ///< total size of all files that were read; 0 if compression hides it
 };
 

@@ -8,6 +8,8 @@
 namespace adaptive_bvh {
 namespace {
 
+// A binary file has 80 arbitrary bytes and the number of facets, then the facets. A facet has the
+// normal and three corners, of three floats each, and an attribute count of two bytes.
 constexpr std::size_t kHeader = 84, kFacet = 50;
 constexpr BinaryType kFloat = {'f', 4};
 
@@ -15,20 +17,21 @@ bool hasLengthWithoutPayloads(std::string_view bytes) {
   return bytes.size() > kHeader && bytes.size() - kHeader == kFacet * wordAt(bytes, kHeader - 4);
 }
 
-/// The bytes of a facet's payload: its attribute count. Most programs write 0 or a colour there.
+/// The number of bytes of the payload of the facet at this position: its attribute count. Most
+/// programs write 0 or a colour there.
 std::size_t payloadOf(std::string_view bytes, std::size_t facet) {
   return static_cast<std::size_t>(numberAt(bytes, facet + kFacet - 2, {'u', 2}));
 }
 
-/// The end of the last payload; greater than the file size if there are no such payloads.
+/// The end of the last payload, read as such; greater than the file size if none can be.
 std::size_t endOfPayloads(std::string_view bytes) {
   const std::size_t facets = wordAt(bytes, kHeader - 4);
-  std::size_t at = kHeader;
+  std::size_t position = kHeader;
   for (std::size_t f = 0; f < facets; ++f) {
-    if (at + kFacet > bytes.size()) return bytes.size() + 1;
-    at += kFacet + payloadOf(bytes, at);
+    if (position + kFacet > bytes.size()) return bytes.size() + 1;
+    position += kFacet + payloadOf(bytes, position);
   }
-  return at;
+  return position;
 }
 
 /// Whether facets have payloads. Throws if attribute counts could be payloads or colours.
@@ -43,8 +46,7 @@ bool hasPayloads(std::string_view bytes, std::size_t facets) {
                            std::to_string(bytes.size()));
 }
 
-/// Whether the file is binary: by its length, whatever its first word is, or by a zero byte, which
-/// text does not contain.
+/// Whether the file is binary: by its length, whatever its first word is, or by a zero byte.
 bool isBinary(std::string_view bytes) {
   if (bytes.size() < kHeader) return false;
   return hasLengthOfBinaryStl(bytes) || bytes.find('\0') != bytes.npos ||
@@ -52,22 +54,23 @@ bool isBinary(std::string_view bytes) {
 }
 
 PolygonMesh readBinary(std::string_view bytes) {
-  const std::size_t facets = wordAt(bytes, kHeader - 4), room = (bytes.size() - kHeader) / kFacet;
-  if (facets > room)
+  const std::size_t facets = wordAt(bytes, kHeader - 4),
+                    most_facets = (bytes.size() - kHeader) / kFacet;
+  if (facets > most_facets)
     throw std::runtime_error("it announces " + std::to_string(facets) +
-                             " triangles, and has bytes for " + std::to_string(room));
+                             " triangles, and has bytes for " + std::to_string(most_facets));
   const bool has_payloads = hasPayloads(bytes, facets);
   PolygonMesh mesh;
-  std::size_t at = kHeader;
+  std::size_t position = kHeader;
   for (std::size_t f = 0; f < facets; ++f) {
     for (std::size_t k = 1; k <= 3; ++k) {  // the normal is number 0
-      const std::size_t corner = at + 12 * k;
+      const std::size_t corner = position + 12 * k;
       mesh.vertices.emplace_back(numberAt(bytes, corner, kFloat),
                                  numberAt(bytes, corner + 4, kFloat),
                                  numberAt(bytes, corner + 8, kFloat));
     }
     mesh.addTriangle(3 * f, 3 * f + 1, 3 * f + 2);
-    at += kFacet + (has_payloads ? payloadOf(bytes, at) : 0);
+    position += kFacet + (has_payloads ? payloadOf(bytes, position) : 0);
   }
   return mesh;
 }
@@ -92,7 +95,7 @@ PolygonMesh readText(std::string_view text) {
       readPoint(words);
       is_facet_open = true;
     } else if (word == "vertex") {
-      if (!is_facet_open) words.fail("a vertex is out of place");
+      if (!is_facet_open) words.fail("a vertex is not in a facet");
       mesh.corners.push_back(mesh.vertices.size());
       mesh.vertices.push_back(readPoint(words));
     } else if (word == "endfacet") {

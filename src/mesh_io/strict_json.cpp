@@ -40,12 +40,12 @@ class JsonCheck : public nlohmann::json_sax<Json> {
   bool binary(binary_t&) override { return true; }
   bool string(string_t& text) override {
     if (text.find('\0') != text.npos)
-      throw std::runtime_error("its JSON text has a string with a zero in it");
+      throw std::runtime_error("a string of its JSON text contains a zero character");
     return true;
   }
   bool key(string_t& text) override {
     if (!open_.back().insert(text).second)
-      throw std::runtime_error("an object of its JSON text has a key twice");
+      throw std::runtime_error("an object of its JSON text has two equal keys");
     return string(text);
   }
   bool start_object(std::size_t) override { return enter(); }
@@ -78,12 +78,13 @@ class JsonCheck : public nlohmann::json_sax<Json> {
 }  // namespace
 
 nlohmann::json parseStrictly(const std::string& bytes) {
-  const std::string_view text(bytes.data(), bytes.find_last_not_of('\0') + 1);  // may be padded
+  // Without zeros at the end, with which some programs pad the text.
+  const std::string_view text(bytes.data(), bytes.find_last_not_of('\0') + 1);
   JsonCheck check;
   if (Json::sax_parse(text, &check)) return Json::parse(text);
-  const std::string other = toUtf8(text);
-  JsonCheck other_check;
-  if (Json::sax_parse(other, &other_check)) return Json::parse(other);
+  const std::string as_utf8 = toUtf8(text);
+  JsonCheck utf8_check;
+  if (Json::sax_parse(as_utf8, &utf8_check)) return Json::parse(as_utf8);
   throw std::runtime_error("it is no JSON text: " + check.error());
 }
 

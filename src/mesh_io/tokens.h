@@ -38,8 +38,8 @@ std::optional<Number> parse(std::string_view word) {
   if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
   Number number = 0;
   const char* const end = word.data() + word.size();
-  const auto [at, error] = std::from_chars(word.data(), end, number);
-  if (word.empty() || at != end || error != std::errc()) return std::nullopt;
+  const auto [rest, error] = std::from_chars(word.data(), end, number);
+  if (word.empty() || rest != end || error != std::errc()) return std::nullopt;
   return number;
 }
 
@@ -61,40 +61,43 @@ inline std::string textOf(double number) {
   return {text, std::to_chars(text, text + sizeof(text), number).ptr};
 }
 
-/// Reads a text by words or lines. Keeps a view of the text.
+/// Reads a text by words or lines, from a position on. Keeps a view of the text.
 class Words {
  public:
-  explicit Words(std::string_view text, std::size_t at = 0) : text_(text), at_(at) {}
+  explicit Words(std::string_view text, std::size_t position = 0)
+      : text_(text), position_(position) {}
 
   /// The next word; empty at the end.
   std::string_view next() {
-    while (at_ < text_.size() && isSpace(text_[at_])) ++at_;
-    const std::size_t begin = at_;
-    while (at_ < text_.size() && !isSpace(text_[at_])) ++at_;
-    return text_.substr(begin, at_ - begin);
+    while (position_ < text_.size() && isSpace(text_[position_])) ++position_;
+    const std::size_t begin = position_;
+    while (position_ < text_.size() && !isSpace(text_[position_])) ++position_;
+    return text_.substr(begin, position_ - begin);
   }
 
   /// The rest of the line; line ends are "\n", "\r\n" and "\r".
   std::string_view restOfLine() {
-    const std::size_t begin = at_;
-    at_ = std::min(text_.find_first_of("\r\n", at_), text_.size());
-    const std::string_view line = text_.substr(begin, at_ - begin);
-    at_ = std::min(at_ + (text_.compare(at_, 2, "\r\n") == 0 ? 2 : 1), text_.size());
+    const std::size_t begin = position_;
+    position_ = std::min(text_.find_first_of("\r\n", position_), text_.size());
+    const std::string_view line = text_.substr(begin, position_ - begin);
+    position_ =
+        std::min(position_ + (text_.compare(position_, 2, "\r\n") == 0 ? 2 : 1), text_.size());
     return line;
   }
 
+  /// The next word as a number. Throws std::runtime_error if it is not a number.
   double number() {
     const std::string_view word = next();
     if (const std::optional<double> number = numberOf(word)) return *number;
     fail(quote(word) + " is no number");
   }
 
-  bool isAtEnd() const { return at_ >= text_.size(); }
-  std::size_t at() const { return at_; }
+  bool isAtEnd() const { return position_ >= text_.size(); }
+  std::size_t position() const { return position_; }
 
   /// Throws std::runtime_error with the current line number.
   [[noreturn]] void fail(const std::string& reason) const {
-    const std::string_view before = text_.substr(0, at_);
+    const std::string_view before = text_.substr(0, position_);
     std::size_t line = 1;
     for (std::size_t i = 0; i + 1 < before.size(); ++i)
       line += before[i] == '\n' || (before[i] == '\r' && before[i + 1] != '\n');
@@ -103,11 +106,11 @@ class Words {
 
  private:
   std::string_view text_;
-  std::size_t at_ = 0;
+  std::size_t position_ = 0;
 };
 
-/// Parses a count. Throws std::runtime_error if it is not a count, or more than the bytes of the
-/// file, because each element takes at least one byte.
+/// Parses a number of things, of which each takes at least one byte. Throws std::runtime_error if
+/// it is not a count, or more than the bytes of the file.
 inline std::size_t countOf(const std::string& things, std::string_view count, std::size_t bytes) {
   const std::optional<std::int64_t> number = integerOf(count);
   if (number && *number >= 0 && static_cast<std::uint64_t>(*number) <= bytes)
@@ -116,11 +119,13 @@ inline std::size_t countOf(const std::string& things, std::string_view count, st
                            std::to_string(bytes) + " bytes");
 }
 
+/// The type of a number in a binary file.
 struct BinaryType {
   char kind = 0;  ///< 'i' signed, 'u' unsigned, 'f' floating; 0: no type
   std::size_t bytes = 0;
 };
 
+/// The floating-point number with these bits.
 template <typename Number, typename Bits>
 double asFloating(Bits bits) {
   Number number;
@@ -130,12 +135,13 @@ double asFloating(Bits bits) {
 }
 
 /// The number at a position of a file; all its bytes must exist.
-inline double numberAt(std::string_view file, std::size_t at, BinaryType type,
+inline double numberAt(std::string_view file, std::size_t position, BinaryType type,
                        bool is_big_endian = false) {
   std::uint64_t bits = 0;
-  for (std::size_t k = 0; k < type.bytes; ++k)
-    bits =
-        bits << 8 | static_cast<unsigned char>(file[at + (is_big_endian ? k : type.bytes - 1 - k)]);
+  for (std::size_t k = 0; k < type.bytes; ++k) {
+    const std::size_t byte = position + (is_big_endian ? k : type.bytes - 1 - k);
+    bits = bits << 8 | static_cast<unsigned char>(file[byte]);
+  }
   if (type.kind == 'f' && type.bytes == 8) return asFloating<double>(bits);
   if (type.kind == 'f') return asFloating<float>(static_cast<std::uint32_t>(bits));
   const auto number = static_cast<double>(bits);
@@ -145,8 +151,8 @@ inline double numberAt(std::string_view file, std::size_t at, BinaryType type,
 }
 
 /// Four bytes as a little-endian integer.
-inline std::size_t wordAt(std::string_view file, std::size_t at) {
-  return static_cast<std::size_t>(numberAt(file, at, {'u', 4}));
+inline std::size_t wordAt(std::string_view file, std::size_t position) {
+  return static_cast<std::size_t>(numberAt(file, position, {'u', 4}));
 }
 
 }  // namespace adaptive_bvh

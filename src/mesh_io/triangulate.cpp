@@ -23,12 +23,12 @@ class EarClipping {
  public:
   explicit EarClipping(WorkLimit& work) : work_(work), exact_(work) {}
 
-  /// Returns false if there is no such triangulation, or if the work limit is exceeded. `points`
-  /// are counter-clockwise, `turned` are the same points in the frame of the boxes.
-  bool run(const std::vector<PlanarPoint>& points, const std::vector<PlanarPoint>& turned,
+  /// Sets `ears` to the triangles. Returns false if there is no such triangulation, or if the work
+  /// limit is exceeded. `rotated` are the points in the PlanarFrame of the boxes.
+  bool run(const std::vector<PlanarPoint>& points, const std::vector<PlanarPoint>& rotated,
            std::vector<Ear>& ears) {
     points_ = &points;
-    turned_ = &turned;
+    rotated_ = &rotated;
     start();
     removeAll([this](std::size_t v) { return isSuperfluous(v); });
     edges_.build(points.size(), [this](std::size_t v) { return boxOfEdge(v); });
@@ -41,65 +41,65 @@ class EarClipping {
                   ears.back().end());
       return true;
     });
-    return left_ <= 2;
+    return remaining_ <= 2;
   }
 
  private:
   void start() {
     edges_ = {};
-    left_ = points_->size();
-    next_.resize(left_);
-    previous_.resize(left_);
-    for (std::size_t v = 0; v < left_; ++v) {
-      next_[v] = (v + 1) % left_;
+    remaining_ = points_->size();
+    next_.resize(remaining_);
+    previous_.resize(remaining_);
+    for (std::size_t v = 0; v < remaining_; ++v) {
+      next_[v] = (v + 1) % remaining_;
       previous_[next_[v]] = v;
     }
   }
 
   /// Removes corners that satisfy `isRemovable`, in rounds: a corner whose neighbour was removed is
-  /// tested in the next round. Every other corner is tested first, which keeps triangles wide and
-  /// their boxes apart.
+  /// tested in the next round. Every other corner is tested first, which keeps triangles wide.
   template <typename Predicate>
   void removeAll(const Predicate& isRemovable) {
-    pending_.clear();
-    waiting_.clear();
-    is_waiting_.assign(points_->size(), false);
+    this_round_.clear();
+    next_round_.clear();
+    is_in_next_round_.assign(points_->size(), false);
     for (const std::size_t first : {1, 0})
-      for (std::size_t v = first; v < points_->size(); v += 2) pending_.push_back(v);
-    for (; !pending_.empty(); endRound())
-      for (const std::size_t v : pending_) {
-        if (left_ <= 2 || work_.isSpent()) return;
-        if (!isLeft(v) || is_waiting_[v] || !isRemovable(v)) continue;
+      for (std::size_t v = first; v < points_->size(); v += 2) this_round_.push_back(v);
+    for (; !this_round_.empty(); endRound())
+      for (const std::size_t v : this_round_) {
+        if (remaining_ <= 2 || work_.isSpent()) return;
+        if (!remains(v) || is_in_next_round_[v] || !isRemovable(v)) continue;
         for (const std::size_t neighbour : {previous_[v], next_[v]}) {
-          if (!is_waiting_[neighbour]) waiting_.push_back(neighbour);
-          is_waiting_[neighbour] = true;
+          if (!is_in_next_round_[neighbour]) next_round_.push_back(neighbour);
+          is_in_next_round_[neighbour] = true;
         }
         remove(v);
       }
   }
 
   void endRound() {
-    pending_.swap(waiting_);
-    waiting_.clear();
-    for (const std::size_t v : pending_) is_waiting_[v] = false;
+    this_round_.swap(next_round_);
+    next_round_.clear();
+    for (const std::size_t v : this_round_) is_in_next_round_[v] = false;
   }
 
-  bool isLeft(std::size_t v) const { return next_[v] != v; }
+  /// Whether a corner has not been removed.
+  bool remains(std::size_t v) const { return next_[v] != v; }
   void remove(std::size_t v) {
     next_[previous_[v]] = next_[v];
     previous_[next_[v]] = previous_[v];
     next_[v] = v;
-    --left_;
+    --remaining_;
     for (const std::size_t changed : {previous_[v], v})
       edges_.update(changed, [this](std::size_t a) { return boxOfEdge(a); });
   }
 
-  /// The box of the edge that begins at a corner.
+  /// The box of the edge from a corner to the next one, empty if the corner was removed.
   PlanarBox boxOfEdge(std::size_t v) const {
     PlanarBox box;
-    if (!isLeft(v)) return box;
-    box.add((*turned_)[v]);
-    box.add((*turned_)[next_[v]]);
+    if (!remains(v)) return box;
+    box.add((*rotated_)[v]);
+    box.add((*rotated_)[next_[v]]);
     return box;
   }
 
@@ -110,31 +110,33 @@ class EarClipping {
     const PlanarPoint &u = point(previous_[v]), &p = point(v), &w = point(next_[v]);
     if (u == p || u == w) return true;
     if (exact_.orientation(u, p, w) != 0) return false;
+    // On one line: whether both neighbours are on the same side of the corner.
     return u.x != p.x ? (u.x < p.x) == (w.x < p.x) && w.x != p.x
                       : (u.y < p.y) == (w.y < p.y) && w.y != p.y;
   }
 
+  /// Whether the triangle of a corner and its neighbours is counter-clockwise, and no part of the
+  /// outline enters it. The new edge (from the first to the third corner) must not touch a corner.
   bool isEar(std::size_t v) const {
     const std::size_t u = previous_[v], w = next_[v];
     const PlanarTriangle triangle = {point(u), point(v), point(w)};
     if (exact_.orientation(triangle[0], triangle[1], triangle[2]) <= 0) return false;
     PlanarBox box;
-    for (const std::size_t corner : {u, v, w}) box.add((*turned_)[corner]);
+    for (const std::size_t corner : {u, v, w}) box.add((*rotated_)[corner]);
     return !edges_.any(box, work_, [&](std::size_t a) {
-      return isLeft(a) && (exact_.isWithinSegment(triangle[0], triangle[2], point(a)) ||
-                           exact_.enters(point(a), point(next_[a]), triangle));
+      return remains(a) && (exact_.isWithinSegment(triangle[0], triangle[2], point(a)) ||
+                            exact_.enters(point(a), point(next_[a]), triangle));
     });
   }
 
   WorkLimit& work_;
   PlanarPredicates exact_;
-  const std::vector<PlanarPoint>* turned_ = nullptr;
-  PlanarTree edges_;
-  const std::vector<PlanarPoint>* points_ = nullptr;
-  std::size_t left_ = 0;
-  std::vector<std::size_t> next_, previous_;  ///< of the remaining corners
-  std::vector<std::size_t> pending_, waiting_;
-  std::vector<bool> is_waiting_;
+  const std::vector<PlanarPoint>*points_ = nullptr, *rotated_ = nullptr;  ///< arguments of `run`
+  PlanarTree edges_;                          ///< edges of the outline of the remaining corners
+  std::size_t remaining_ = 0;                 ///< number of corners not yet removed
+  std::vector<std::size_t> next_, previous_;  ///< by corner: its remaining neighbours
+  std::vector<std::size_t> this_round_, next_round_;  ///< corners to test: see removeAll
+  std::vector<bool> is_in_next_round_;                ///< by corner
 };
 
 /// Triangulates polygons in sequence, reusing its memory.
@@ -142,15 +144,16 @@ class Triangulation {
  public:
   explicit Triangulation(WorkLimit& work) : work_(work), exact_(work), clipping_(work) {}
 
-  /// Returns false if there is no triangulation, or if the work limit is exceeded.
+  /// Triangulates one polygon; `ears` returns the triangles. Returns false if there is no
+  /// triangulation, or if the work limit is exceeded.
   bool run(const std::vector<fcl::Vector3d>& corners) {
     const int axis = axisOf(corners);
     for (int k = axis; k < axis + 3; ++k) {
       const int x = (k + 1) % 3, y = (k + 2) % 3;
-      if (!runIn(corners, x, y) && !runIn(corners, y, x)) return false;
+      if (!runIn(corners, x, y) && !runIn(corners, y, x)) return false;  // either orientation
       if (!ears_.empty()) return true;
     }
-    return true;  // without area in every projection
+    return true;  // the polygon has no area in any projection
   }
   const std::vector<Ear>& ears() const { return ears_; }
 
@@ -169,6 +172,7 @@ class Triangulation {
     return axis;
   }
 
+  /// Triangulates the projection to the coordinates x and y, scaled by a power of two to at most 1.
   bool runIn(const std::vector<fcl::Vector3d>& corners, int x, int y) {
     double size = 0;
     for (const fcl::Vector3d& p : corners)
@@ -179,9 +183,9 @@ class Triangulation {
     for (const fcl::Vector3d& p : corners)
       points_.push_back({std::ldexp(p[x], -exponent), std::ldexp(p[y], -exponent)});
     const PlanarFrame frame(points_);
-    turned_.clear();
-    for (const PlanarPoint& p : points_) turned_.push_back(frame(p));
-    return clipping_.run(points_, turned_, ears_) && isWithoutOverlap();
+    rotated_.clear();
+    for (const PlanarPoint& p : points_) rotated_.push_back(frame(p));
+    return clipping_.run(points_, rotated_, ears_) && isWithoutOverlap();
   }
 
   PlanarTriangle triangleOf(std::size_t ear) const {
@@ -189,7 +193,7 @@ class Triangulation {
   }
   PlanarBox boxOf(std::size_t ear) const {
     PlanarBox box;
-    for (const std::size_t corner : ears_[ear]) box.add(turned_[corner]);
+    for (const std::size_t corner : ears_[ear]) box.add(rotated_[corner]);
     return box;
   }
 
@@ -209,9 +213,9 @@ class Triangulation {
   WorkLimit& work_;
   PlanarPredicates exact_;
   EarClipping clipping_;
-  std::vector<PlanarPoint> points_, turned_;
+  std::vector<PlanarPoint> points_, rotated_;  ///< the projection; and in the frame of boxes
   std::vector<Ear> ears_;
-  PlanarTree tree_;
+  PlanarTree tree_;  ///< over the ears
 };
 
 [[noreturn]] void refuseFace(std::size_t face, const std::string& reason) {
@@ -225,9 +229,9 @@ TriangleMesh<double> triangulate(PolygonMesh mesh, WorkLimit& work) {
   result.vertices = std::move(mesh.vertices);
   Triangulation triangulation(work);
   std::vector<fcl::Vector3d> points;
-  std::size_t most = 0;
-  for (const std::size_t size : mesh.sizes) most += size < 3 ? 0 : size - 2;
-  result.triangles.reserve(most);
+  std::size_t most_triangles = 0;
+  for (const std::size_t size : mesh.sizes) most_triangles += size < 3 ? 0 : size - 2;
+  result.triangles.reserve(most_triangles);
   const std::size_t* corner = mesh.corners.data();
   for (std::size_t face = 0; face < mesh.sizes.size(); corner += mesh.sizes[face++]) {
     const std::size_t size = mesh.sizes[face];

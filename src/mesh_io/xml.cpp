@@ -1,7 +1,7 @@
+// Parses XML, as far as Collada, AMF and 3MF need it.
 #include "xml.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "scene.h"
 #include "tokens.h"
@@ -26,10 +26,10 @@ class XmlParser {
     XmlElement document;
     open_ = {&document};
     for (;;) {
-      const std::size_t bracket = std::min(text_.find('<', at_), text_.size());
-      if (open_.size() > 1) open_.back()->text.append(text_, at_, bracket - at_);
-      at_ = bracket;
-      if (at_ >= text_.size()) break;
+      const std::size_t bracket = std::min(text_.find('<', position_), text_.size());
+      if (open_.size() > 1) open_.back()->text.append(text_, position_, bracket - position_);
+      position_ = bracket;
+      if (position_ >= text_.size()) break;
       if (!skipOther()) readTag();
     }
     if (open_.size() > 1 || document.children.empty())
@@ -43,35 +43,37 @@ class XmlParser {
   bool skipOther() {
     for (const auto& [begin, end] :
          {std::pair<const char*, const char*>{"<!--", "-->"}, {"<?", "?>"}, {"<![CDATA[", "]]>"}}) {
-      if (text_.compare(at_, std::string_view(begin).size(), begin) != 0) continue;
-      const std::size_t from = at_;
-      at_ = std::min(text_.find(end, from), text_.size());
-      at_ = std::min(at_ + std::string_view(end).size(), text_.size());
-      if (begin[2] == '[') open_.back()->text.append(text_, from, at_ - from);
+      if (text_.compare(position_, std::string_view(begin).size(), begin) != 0) continue;
+      const std::size_t from = position_;
+      position_ = std::min(text_.find(end, from), text_.size());
+      position_ = std::min(position_ + std::string_view(end).size(), text_.size());
+      if (begin[2] == '[') open_.back()->text.append(text_, from, position_ - from);
       return true;
     }
-    if (text_.compare(at_, 2, "<!") != 0) return false;
+    if (text_.compare(position_, 2, "<!") != 0) return false;
     if (readToEndOfTag().find('[') != std::string::npos)
       throw std::runtime_error("its document type has declarations");
     return true;
   }
 
-  /// Reads a tag up to its closing bracket; ignores quoted brackets.
+  /// The content of the tag at the current position, up to its closing bracket; ignores quoted
+  /// brackets. Continues after the tag.
   std::string_view readToEndOfTag() {
-    const std::size_t begin = ++at_;
+    const std::size_t begin = ++position_;
     char quote = '\0';
-    for (; at_ < text_.size() && (quote || text_[at_] != '>'); ++at_)
-      if (quote ? text_[at_] == quote : text_[at_] == '"' || text_[at_] == '\'')
-        quote = quote ? '\0' : text_[at_];
-    if (at_ >= text_.size()) throw std::runtime_error("its XML text ends within a tag");
-    return std::string_view(text_).substr(begin, at_++ - begin);
+    for (; position_ < text_.size() && (quote || text_[position_] != '>'); ++position_)
+      if (quote ? text_[position_] == quote : text_[position_] == '"' || text_[position_] == '\'')
+        quote = quote ? '\0' : text_[position_];
+    if (position_ >= text_.size()) throw std::runtime_error("its XML text ends within a tag");
+    return std::string_view(text_).substr(begin, position_++ - begin);
   }
 
+  /// Reads a tag that begins an element, ends one, or both.
   void readTag() {
     std::string_view tag = readToEndOfTag();
     if (tag.substr(0, 1) == "/") {
       if (open_.size() == 1 || Words(tag).next().substr(1) != open_.back()->name)
-        throw std::runtime_error("an element ends that is not open: '" +
+        throw std::runtime_error("an end tag does not match the open element: '" +
                                  std::string(tag.substr(1, 40)) + "'");
       open_.pop_back();
       return;
@@ -88,6 +90,7 @@ class XmlParser {
     if (is_empty) open_.pop_back();
   }
 
+  /// Reads the name and the attributes of an element from its tag.
   static void readAttributes(std::string_view tag, XmlElement& element) {
     const auto skip = [&](std::size_t at) {
       while (at < tag.size() && isSpace(tag[at])) ++at;
@@ -112,7 +115,7 @@ class XmlParser {
   }
 
   const std::string& text_;
-  std::size_t at_ = 0;
+  std::size_t position_ = 0;
   std::vector<XmlElement*> open_;  ///< the document, and all unclosed elements
 };
 

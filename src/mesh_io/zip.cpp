@@ -1,10 +1,10 @@
+// Reads ZIP archives: their directory, and files compressed by Deflate (RFC 1951).
 #include "zip.h"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <stdexcept>
-#include <vector>
 
 #include "tokens.h"
 
@@ -24,25 +24,27 @@ class Bits {
  public:
   explicit Bits(std::string_view bytes) : bytes_(bytes) {}
 
+  /// The number in the next `count` bits.
   unsigned next(unsigned count) {
     unsigned bits = 0;
-    for (unsigned k = 0; k < count; ++k, ++at_) {
-      if (at_ / 8 >= bytes_.size()) failBroken();
-      bits |= (static_cast<unsigned char>(bytes_[at_ / 8]) >> at_ % 8 & 1u) << k;
+    for (unsigned k = 0; k < count; ++k, ++position_) {
+      if (position_ / 8 >= bytes_.size()) failBroken();
+      bits |= (static_cast<unsigned char>(bytes_[position_ / 8]) >> position_ % 8 & 1u) << k;
     }
     return bits;
   }
-  void skipToByte() { at_ = (at_ + 7) / 8 * 8; }
+  void skipToByte() { position_ = (position_ + 7) / 8 * 8; }
 
  private:
   std::string_view bytes_;
-  std::size_t at_ = 0;
+  std::size_t position_ = 0;  ///< in bits
 };
 
 /// A Huffman code: its symbols sorted by the lengths of their code words. Like zlib, refuses codes
 /// with too many or too few words, except for a code with a single word.
 class HuffmanCode {
  public:
+  /// `lengths` are those of the code words, by symbol; 0 for symbols without a word.
   explicit HuffmanCode(const std::vector<unsigned>& lengths) {
     for (unsigned length = 1; length <= kLongest; ++length)
       for (unsigned symbol = 0; symbol < lengths.size(); ++symbol)
@@ -50,14 +52,15 @@ class HuffmanCode {
           symbols_.push_back(symbol);
           ++counts_[length];
         }
-    int free = 1;  // unused words
+    int free = 1;  // number of words of this length that no shorter word begins
     for (unsigned length = 1; length <= kLongest; ++length)
       if ((free = 2 * free - static_cast<int>(counts_[length])) < 0) failBroken();
     if (free > 0 && symbols_.size() > counts_[1]) failBroken();
   }
 
+  /// Reads a code word; returns its symbol.
   unsigned read(Bits& bits) const {
-    unsigned word = 0, first = 0, index = 0;  // `first` is the first word of this length
+    unsigned word = 0, first = 0, index = 0;  // first word of this length, and where it is sorted
     for (unsigned length = 1; length <= kLongest; ++length) {
       word = word << 1 | bits.next(1);
       if (word < first + counts_[length]) return symbols_[index + word - first];  // word >= first
@@ -69,8 +72,8 @@ class HuffmanCode {
 
  private:
   static constexpr unsigned kLongest = 15;
-  std::vector<unsigned> symbols_;
-  std::array<unsigned, kLongest + 1> counts_{};
+  std::vector<unsigned> symbols_;                ///< sorted by length, then by number
+  std::array<unsigned, kLongest + 1> counts_{};  ///< number of words, by length
 };
 
 /// The codes of literals and lengths, and of distances.
@@ -83,6 +86,7 @@ Codes fixedCodes() {
   return {HuffmanCode(lengths), HuffmanCode(std::vector<unsigned>(32, 5))};
 }
 
+/// Reads the codes of a block, given by the lengths of their words, which are Huffman-coded too.
 Codes readCodes(Bits& bits) {
   const unsigned literals = bits.next(5) + 257, distances = bits.next(5) + 1;
   const unsigned code_lengths = bits.next(4) + 4;
@@ -111,14 +115,15 @@ Codes readCodes(Bits& bits) {
   return {HuffmanCode({lengths.begin(), middle}), HuffmanCode({middle, lengths.end()})};
 }
 
-/// Reads a length (at least 3) or a distance (at least 1). Symbols are grouped; each group has one
-/// more extra bit than the group before.
+/// Reads the extra bits of a symbol that stands for a length (`least` is 3) or a distance (1).
+/// Returns the length or distance. Each group of `group` symbols has one more extra bit.
 unsigned readExtended(Bits& bits, unsigned symbol, unsigned group, unsigned least) {
   if (symbol < 2 * group) return least + symbol;
   const unsigned extra = symbol / group - 1;
   return least + ((group + symbol % group) << extra) + bits.next(extra);
 }
 
+/// Appends the text of a compressed block, until it is longer than `size`.
 void readCompressed(Bits& bits, const Codes& codes, std::size_t size, std::string& text) {
   while (text.size() <= size) {
     const unsigned symbol = codes[0].read(bits);
@@ -137,6 +142,7 @@ void readCompressed(Bits& bits, const Codes& codes, std::size_t size, std::strin
   }
 }
 
+/// Appends the text of an uncompressed block.
 void readStored(Bits& bits, std::string& text) {
   bits.skipToByte();
   const unsigned length = bits.next(16);
@@ -178,6 +184,7 @@ bool isZip(std::string_view bytes) {
   return bytes.substr(0, 4) == "PK\3\4" || bytes.rfind("PK\5\6") != bytes.npos;
 }
 
+// Reads the record that ends the archive, then the directory before it, which must have no gaps.
 ZipArchive::ZipArchive(std::string_view bytes) : bytes_(bytes) {
   const std::size_t end = bytes.rfind("PK\5\6");
   if (end == bytes.npos) failBroken();
@@ -202,17 +209,18 @@ ZipArchive::ZipArchive(std::string_view bytes) : bytes_(bytes) {
   for (const Entry& entry : entries_) read(entry);
 }
 
+// Decompresses a file. Its own header, before the data, repeats what the directory says.
 std::string ZipArchive::read(const Entry& entry) const {
   const std::size_t header = entry.header,
                     begin = header + 30 + entry.name.size() + fieldAt(bytes_, header + 28, 2);
-  // Both headers of a file must agree; lengths may follow the data instead.
-  const bool is_before = (fieldAt(bytes_, header + 6, 2) & 8) == 0;
+  // Both must agree. The lengths and the checksum may follow the data instead.
+  const bool has_lengths = (fieldAt(bytes_, header + 6, 2) & 8) == 0;
   if (bytes_.substr(header, 4) != "PK\3\4" || fieldAt(bytes_, header + 8, 2) != entry.method ||
       fieldAt(bytes_, header + 26, 2) != entry.name.size() || begin > bytes_.size() ||
       bytes_.substr(header + 30, entry.name.size()) != entry.name ||
-      (is_before && (fieldAt(bytes_, header + 14, 4) != entry.checksum ||
-                     fieldAt(bytes_, header + 18, 4) != entry.compressed ||
-                     fieldAt(bytes_, header + 22, 4) != entry.size)) ||
+      (has_lengths && (fieldAt(bytes_, header + 14, 4) != entry.checksum ||
+                       fieldAt(bytes_, header + 18, 4) != entry.compressed ||
+                       fieldAt(bytes_, header + 22, 4) != entry.size)) ||
       entry.compressed > bytes_.size() - begin)
     failBroken();
   const std::string_view stored = bytes_.substr(begin, entry.compressed);

@@ -27,10 +27,13 @@ class ZipArchive {
   static constexpr std::size_t kMostRatio = 64;
 
  private:
+  /// A file, as the archive's directory describes it.
   struct Entry {
     std::string name;
-    std::size_t method, checksum, compressed, size;
-    std::size_t header;  ///< position of its header
+    std::size_t method;  ///< 0: stored; 8: Deflate
+    std::size_t checksum, compressed,
+        size;            ///< CRC-32; numbers of bytes in the archive, and of the file
+    std::size_t header;  ///< position of the file's own header
   };
   std::string read(const Entry& entry) const;
 

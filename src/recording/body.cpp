@@ -7,10 +7,11 @@
 
 #include "adaptive_bvh/shape_mesh.h"
 
+// BodySource for each type of body, and the functions Recording::add that make them.
 namespace adaptive_bvh {
 namespace {
 
-/// A record with the rectangle of a volume, given its first corner and axes.
+/// A record with a rectangle alone. `low` is subtracted from its first corner.
 template <typename S>
 VolumeRecord rectangle(const fcl::Vector3<S>& corner, const fcl::Matrix3<S>& axes, S width,
                        S height, const fcl::Vector3d& low) {
@@ -29,11 +30,13 @@ template <typename S>
 float inflationOf(const fcl::RSS<S>& rss, S original_radius) {
   const S inflation = rss.r - original_radius;
   if (!(inflation > 0)) return 0;
-  const S half = original_radius + std::min(rss.l[0], rss.l[1]) / 2;
-  const S size = half > 0 ? half : std::max(rss.l[0], rss.l[1]);
+  const S half_width = original_radius + std::min(rss.l[0], rss.l[1]) / 2;
+  const S size = half_width > 0 ? half_width : std::max(rss.l[0], rss.l[1]);
   return size > 0 ? static_cast<float>(inflation / size) : 1;
 }
 
+/// The record of a volume, whose radius at the last refit was `original_radius`. Its position in
+/// the tree is not set. Of an OBBRSS, the box is recorded.
 template <typename S>
 VolumeRecord recordOf(const fcl::RSS<S>& rss, S original_radius, const fcl::Vector3d& low) {
   VolumeRecord record = rectangle<S>(rss.To, rss.axis, rss.l[0], rss.l[1], low);
@@ -52,7 +55,7 @@ VolumeRecord recordOf(const fcl::OBBRSS<S>& volume, S original_radius, const fcl
   return record;
 }
 
-/// Reads the volumes of one model for one frame.
+/// Reads the chosen volumes of one model for one frame.
 template <typename BV>
 class VolumeReader {
  public:
@@ -61,46 +64,49 @@ class VolumeReader {
       : model_(model), choice_(choice), low_(low) {
     // This call also repairs nodes that were changed through a fcl::BVHModel reference.
     model_.getNodeType();
-    if (choice_.refits) refitted_ = model_.refittedNodes();
+    if (choice_.refits) deeper_refits_ = model_.refittedNodes();
   }
 
   std::vector<VolumeRecord> read() {
     readBelow(0, 0);
-    const std::size_t all = refitted_.size(),
+    // Deeper refits, evenly spread if there are too many.
+    const std::size_t all = deeper_refits_.size(),
                       count = std::min(all, static_cast<std::size_t>(choice_.deeper_refits));
     for (std::size_t i = 0; i < count; ++i)
-      add(refitted_[i * all / count], choice_.depth + 1, true);
-    return std::move(found_);
+      add(deeper_refits_[i * all / count], choice_.depth + 1, true);
+    return std::move(records_);
   }
 
  private:
-  /// Adds the volumes from `node` down to the chosen depth, and removes these nodes from refitted_.
-  void readBelow(int node, int depth) {
-    const fcl::BVNodeBase& at = model_.getBV(node);
-    const auto found = std::lower_bound(refitted_.begin(), refitted_.end(), node);
-    const bool refitted = found != refitted_.end() && *found == node;
-    if (refitted) refitted_.erase(found);
-    add(node, depth, refitted);
-    if (depth == choice_.depth || at.isLeaf()) return;
-    readBelow(at.leftChild(), depth + 1);
-    readBelow(at.rightChild(), depth + 1);
+  /// Adds the volumes from `node_index` down to the chosen depth; removes them from deeper_refits_.
+  void readBelow(int node_index, int depth) {
+    const fcl::BVNodeBase& node = model_.getBV(node_index);
+    const auto refit = std::lower_bound(deeper_refits_.begin(), deeper_refits_.end(), node_index);
+    const bool refitted = refit != deeper_refits_.end() && *refit == node_index;
+    if (refitted) deeper_refits_.erase(refit);
+    add(node_index, depth, refitted);
+    if (depth == choice_.depth || node.isLeaf()) return;
+    readBelow(node.leftChild(), depth + 1);
+    readBelow(node.rightChild(), depth + 1);
   }
 
-  void add(int node, int depth, bool refitted) {
-    const fcl::BVNode<BV>& at = model_.getBV(node);
-    VolumeRecord record = recordOf(at.bv, model_.originalRadius(node), low_);
+  void add(int node_index, int depth, bool refitted) {
+    const fcl::BVNode<BV>& node = model_.getBV(node_index);
+    VolumeRecord record = recordOf(node.bv, model_.originalRadius(node_index), low_);
     record.depth = static_cast<float>(depth);
-    record.leaf = at.isLeaf();
+    record.leaf = node.isLeaf();
     record.refitted = refitted;
-    found_.push_back(record);
+    records_.push_back(record);
   }
 
   const AdaptiveBVHModel<BV>& model_;
   const VolumeChoice& choice_;
   const fcl::Vector3d& low_;
-  std::vector<int> refitted_;
-  std::vector<VolumeRecord> found_;
+  std::vector<int> deeper_refits_;  ///< sorted; at first all refitted nodes
+  std::vector<VolumeRecord> records_;
 };
+
+// What BodySource returns, for each type of body: a model, or a mesh without volumes of this kind.
 
 template <typename BV>
 std::vector<VolumeRecord> volumesOf(const AdaptiveBVHModel<BV>& model, const VolumeChoice& choice,
@@ -166,7 +172,8 @@ Surface<S> surfaceOf(const TriangleMesh<S>& mesh) {
   return {mesh.vertices.data(), mesh.vertices.size(), mesh.triangles.data(), mesh.triangles.size()};
 }
 
-/// The source for a mesh or model; `Kept` is its type, or a reference type to keep no copy.
+/// The source for a mesh or model. `Kept` is its type, of which the source keeps a copy that never
+/// changes, or a reference to its type.
 template <typename Kept>
 class SourceOf : public BodySource {
  public:

@@ -3,8 +3,9 @@
 #include <ostream>
 #include <string_view>
 
-// The files that every page contains, embedded by the assembler, which takes no time whatever their
-// size. CMake sets their paths.
+// The files that every page contains (page/), embedded in the library by the assembler, which takes
+// no time whatever their size. CMake sets their paths. Each file begins at a symbol
+// adaptive_bvh_page_<name> and ends at the next symbol.
 #define ADAPTIVE_BVH_BEGIN(name)                                        \
   ".global adaptive_bvh_page_" name "\n.hidden adaptive_bvh_page_" name \
   "\nadaptive_bvh_page_" name ":\n"
@@ -43,6 +44,7 @@ std::string_view between(const char* begin, const char* end) {
   return {begin, static_cast<std::size_t>(end - begin)};
 }
 
+/// A text with the characters < and & escaped for HTML.
 std::string escaped(const std::string& text) {
   std::string html;
   for (const char c : text) {
@@ -74,6 +76,7 @@ void writeBase64(const Blob& blob, std::ostream& out) {
 
 void writePage(const std::string& title, const std::string& run, const Blob& arrays,
                std::ostream& out) {
+  // Copies page.html and replaces {{name}} by the part of this name.
   std::string_view rest = between(adaptive_bvh_page_template, adaptive_bvh_page_style);
   for (std::size_t begin; (begin = rest.find("{{")) != std::string_view::npos;) {
     const std::size_t end = rest.find("}}", begin);

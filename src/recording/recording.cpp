@@ -7,22 +7,23 @@
 #include <map>
 #include <new>
 #include <ostream>
-#include <stdexcept>
 #include <system_error>
-#include <utility>
 
 #include <nlohmann/json.hpp>
 
 #include "adaptive_bvh/write_file.h"
 #include "body.h"
 
+// Recording: collects the frames of a run as JSON text and arrays of numbers (Blob), and writes
+// them as a page. Values that did not change since the previous frame are not stored again.
 namespace adaptive_bvh {
 namespace {
 
 using nlohmann::json;
 
-constexpr int kDeepest = 20;
+constexpr int kMaxVolumeDepth = 20;
 
+/// Throws std::invalid_argument for a call of this function of Recording.
 [[noreturn]] void refuse(const std::string& call, const std::string& why) {
   throw std::invalid_argument("Recording::" + call + ": " + why);
 }
@@ -31,7 +32,7 @@ void checkPose(const std::string& call, const fcl::Transform3d& tf) {
   if (!tf.matrix().allFinite()) refuse(call, "the transform is not finite");
 }
 
-/// The data of a body in the last frame.
+/// What was recorded last of a body: the values that the next frame is compared with.
 struct LastFrame {
   PointBlock positions;
   json pose;
@@ -44,14 +45,14 @@ struct LastFrame {
 struct RecordedBody {
   std::unique_ptr<BodySource> source;  ///< null if the body was removed
   std::string name;
-  int vertices = 0, triangles = 0;
-  fcl::Transform3d pose;
-  json description;  ///< data that do not change between frames
+  int vertices = 0, triangles = 0;  ///< their numbers when the body was added
+  fcl::Transform3d pose;            ///< current pose, for the next frame
+  json description;                 ///< data that do not change between frames
   LastFrame last;
 };
 
-/// Removes at its destruction what was appended to a Blob during its lifetime, unless that is to be
-/// kept.
+/// Undoes appending to a Blob if an exception is thrown: the destructor removes what was appended
+/// since the constructor, unless `keep` was called.
 class BlobMark {
  public:
   explicit BlobMark(Blob& blob) : blob_(&blob), begin_(blob.size()) {}
@@ -63,7 +64,7 @@ class BlobMark {
   void keep() { blob_ = nullptr; }
 
  private:
-  Blob* blob_;
+  Blob* blob_;  ///< null after `keep`
   const std::size_t begin_;
 };
 
@@ -74,8 +75,7 @@ struct NewBody {
   std::string name;
 };
 
-/// Throws unless the body's mesh or model still has the numbers of vertices and triangles with
-/// which it was added.
+/// Throws unless the body's mesh or model has as many vertices and triangles as when it was added.
 void checkCounts(const RecordedBody& body) {
   const int vertices = body.source->vertexCount(), triangles = body.source->triangleCount();
   if (vertices == body.vertices && triangles == body.triangles) return;
@@ -85,7 +85,7 @@ void checkCounts(const RecordedBody& body) {
                       " when it was added");
 }
 
-/// The body to which results refer; throws if it does not exist.
+/// The body with this number, to which results (`what`) refer. Throws if it does not exist.
 const RecordedBody& bodyWith(int number, const char* what,
                              const std::vector<RecordedBody>& bodies) {
   const auto body = static_cast<std::size_t>(number);
@@ -96,6 +96,8 @@ const RecordedBody& bodyWith(int number, const char* what,
     refuse("frame", std::string(what) + " of '" + bodies[body].name + "', which was removed");
   return bodies[body];
 }
+
+// The functions check... throw std::invalid_argument if results cannot be recorded.
 
 void checkClearance(const VertexValues& clearance, const std::vector<RecordedBody>& bodies) {
   const RecordedBody& body = bodyWith(clearance.body, "a clearance", bodies);
@@ -131,8 +133,8 @@ void checkResults(const FrameResults& results, const std::vector<RecordedBody>& 
   for (const Arrows& arrows : results.arrows) checkArrows(arrows);
 }
 
-/// Whether this is another report than that of the previous frame: even equal work hardly ever
-/// takes equal times.
+/// Whether an update took place between two reports. Even equal work hardly ever takes equal times,
+/// so different updates have different reports.
 bool isNew(const UpdateReport& now, const UpdateReport& before) {
   return now.largest_displacement != before.largest_displacement ||
          now.displacement_seconds != before.displacement_seconds ||
@@ -140,9 +142,11 @@ bool isNew(const UpdateReport& now, const UpdateReport& before) {
          now.refit_seconds != before.refit_seconds;
 }
 
-// ---- what a page reads (page/data.js) -----------------------------------------------------------
+// ---- JSON that page/data.js reads ---------------------------------------------------------------
+// Functions append... append arrays to the Blob and return the JSON that refers to them. "at" is
+// the position of an array in bytes.
 
-/// Serializes JSON for use inside a script element, which a literal "</script>" would end.
+/// JSON as text for a script element, which a literal "</script>" would end: < is escaped.
 std::string textOf(const json& value) {
   const std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
   std::string escaped;
@@ -196,16 +200,16 @@ json appendPatches(const TrianglePatches& patches, Blob& blob) {
   return {{"at", begin}, {"count", patches.triangles.size()}};
 }
 
-/// Appends pairs of points, or of a point and a vector, of which both are finite.
+/// Appends pairs of points, or of a point and a vector, as two blocks. Leaves out non-finite pairs.
 json appendPairs(const std::vector<std::array<fcl::Vector3d, 2>>& pairs, Blob& blob) {
-  std::array<std::vector<fcl::Vector3d>, 2> kept;
+  std::array<std::vector<fcl::Vector3d>, 2> columns;
   for (const auto& [a, b] : pairs) {
     if (!a.allFinite() || !b.allFinite()) continue;
-    kept[0].push_back(a);
-    kept[1].push_back(b);
+    columns[0].push_back(a);
+    columns[1].push_back(b);
   }
   json blocks;
-  for (const auto& points : kept)
+  for (const auto& points : columns)
     blocks.push_back(asJson(appendPoints(points.data(), points.size(), blob)));
   return blocks;
 }
@@ -217,7 +221,7 @@ json appendArrows(const Arrows& arrows, Blob& blob) {
   return {{"label", arrows.label}, {"scale", arrows.scale}, {"blocks", appendPairs(pairs, blob)}};
 }
 
-/// Results as JSON, without values that are not finite.
+/// A frame with the user's results, without values that are not finite; bodies are not included.
 json resultsOf(const FrameResults& results, Blob& blob) {
   json frame;
   const auto set = [&frame](const char* name, const std::optional<double>& value) {
@@ -251,10 +255,11 @@ struct Recording::State {
   int frame_count = 0;
   std::string frames;  ///< as JSON, separated by commas
   Blob blob;
-  std::function<void(Recording&)>
-      read_scene;                 ///< updates the bodies to those of the followed scene
-  std::map<BodyId, int> numbers;  ///< of the scene's bodies that the recording has
+  /// Adds, moves and removes bodies as in the followed scene; empty if none is followed.
+  std::function<void(Recording&)> read_scene;
+  std::map<BodyId, int> numbers;  ///< the number in `bodies` of each body of the followed scene
 
+  /// Appends the corners of triangles, in 16 bits if `small`. Returns the position in the Blob.
   std::size_t appendCorners(const std::vector<std::uint32_t>& corners, bool small);
   json record(RecordedBody& body);
   void recordVolumes(RecordedBody& body, bool updated);
@@ -272,8 +277,7 @@ std::size_t Recording::State::appendCorners(const std::vector<std::uint32_t>& co
   return begin;
 }
 
-/// The current state of a body as JSON; null if it was removed. Omits values that equal those of
-/// the previous frame.
+/// The current state of a body as JSON; null if it was removed. Omits unchanged values.
 json Recording::State::record(RecordedBody& body) {
   if (!body.source) return nullptr;
   json now;
@@ -295,6 +299,7 @@ json Recording::State::record(RecordedBody& body) {
   return now;
 }
 
+/// Appends the volumes of a body, unless they equal those recorded last.
 void Recording::State::recordVolumes(RecordedBody& body, bool updated) {
   const std::vector<VolumeRecord> volumes = body.source->volumes(
       {options.volume_depth, updated, options.deeper_refits}, body.last.positions.low);
@@ -317,7 +322,7 @@ std::string Recording::State::runAsJson() const {
               {"dataBytes", blob.size()}};
   for (const RecordedBody& body : bodies) run["bodies"].push_back(body.description);
   std::string text = textOf(run);
-  text.pop_back();
+  text.pop_back();  // the closing brace, to add a member
   return text + ",\"frames\":[" + frames + "]}";
 }
 
@@ -326,8 +331,8 @@ Recording::Recording(const RecordingOptions& options) : state_(std::make_unique<
     refuse("Recording", "up must be a direction");
   if (!(options.frames_per_second > 0 && std::isfinite(options.frames_per_second)))
     refuse("Recording", "frames_per_second must be positive");
-  if (options.volume_depth > kDeepest)
-    refuse("Recording", "volume_depth is at most " + std::to_string(kDeepest));
+  if (options.volume_depth > kMaxVolumeDepth)
+    refuse("Recording", "volume_depth is at most " + std::to_string(kMaxVolumeDepth));
   if (options.deeper_refits < 0) refuse("Recording", "deeper_refits is negative");
   state_->options = options;
 }
@@ -393,7 +398,7 @@ template <typename S>
 void Recording::follow(const Scene<S>& scene, const std::function<std::string(BodyId)>& name) {
   if (state_->read_scene) throw std::logic_error("Recording::follow: a scene is followed already");
   std::function<void(Recording&)> read_scene = [&scene, name](Recording& recording) {
-    // First the part that may throw: new bodies.
+    // New bodies first, because adding them may throw; then the recording must not have changed.
     State& run = *recording.state_;
     std::vector<NewBody> added;
     for (const BodyId id : scene.bodies()) {
@@ -414,14 +419,14 @@ void Recording::follow(const Scene<S>& scene, const std::function<std::string(Bo
       throw;
     }
     mark.keep();
-    for (auto known = run.numbers.begin(); known != run.numbers.end();) {
-      const auto [id, number] = *known;
+    for (auto entry = run.numbers.begin(); entry != run.numbers.end();) {
+      const auto [id, number] = *entry;
       if (scene.contains(id)) {
         recording.place(number, scene.transform(id).template cast<double>());
-        ++known;
+        ++entry;
       } else {
         run.bodies[static_cast<std::size_t>(number)].source.reset();
-        known = run.numbers.erase(known);
+        entry = run.numbers.erase(entry);
       }
     }
     run.numbers.merge(numbers);
@@ -463,13 +468,13 @@ void Recording::frame(const FrameResults& results) {
 std::string Recording::State::textOfFrame(const FrameResults& results) {
   json frame = resultsOf(results, blob);
   for (RecordedBody& body : bodies) frame["bodies"].push_back(record(body));
-  const auto at = [&frame](int body) -> json& {
+  const auto jsonOfBody = [&frame](int body) -> json& {
     return frame["bodies"][static_cast<std::size_t>(body)];
   };
   for (const VertexValues& clearance : results.clearance)
-    at(clearance.body)["clearance"] = appendClearance(clearance.values, blob);
+    jsonOfBody(clearance.body)["clearance"] = appendClearance(clearance.values, blob);
   for (const TrianglePatches& patches : results.patches)
-    at(patches.body)["patches"] = appendPatches(patches, blob);
+    jsonOfBody(patches.body)["patches"] = appendPatches(patches, blob);
   return (frame_count > 0 ? "," : "") + textOf(frame);
 }
 

@@ -2,7 +2,6 @@
 
 #include <mutex>
 #include <new>
-#include <stdexcept>
 #include <utility>
 
 #include "thesis/fcl_build.h"
@@ -10,6 +9,8 @@
 #include "thesis/model_state.h"
 #include "thesis/position_errors.h"
 
+// AdaptiveBVHModel: construction, updates in one call, the mesh of our queries, and inspection.
+// FCL's functions that build and update a model are in fcl_calls.cpp.
 namespace adaptive_bvh {
 
 // ---- construction -------------------------------------------------------------------------------
@@ -54,7 +55,7 @@ AdaptiveBVHModel<BV>& AdaptiveBVHModel<BV>::operator=(AdaptiveBVHModel&& other) 
   return *this;
 }
 
-/// Resets to the state of the default constructor. Allocates nothing.
+/// Resets to the state of the default constructor. Allocates nothing: a move must not throw.
 template <typename BV>
 void AdaptiveBVHModel<BV>::clear() {
   Base empty(emptyBase<BV>());
@@ -71,6 +72,8 @@ AdaptiveBVHModel<BV>::~AdaptiveBVHModel() = default;
 
 // ---- new positions in one call ------------------------------------------------------------------
 
+/// Applies a step of all vertices, or of those in `indices` if it is not null. Throws
+/// std::invalid_argument if a coordinate is not finite or too large.
 template <typename BV>
 const UpdateReport& AdaptiveBVHModel<BV>::take(const Point* positions, std::size_t count,
                                                const unsigned* indices) {
@@ -116,8 +119,9 @@ const UpdateReport& AdaptiveBVHModel<BV>::update(const unsigned* indices, const 
     if (indices[i] >= static_cast<std::size_t>(this->num_vertices))
       refuseUpdate("index " + std::to_string(indices[i]) + " given for " +
                    std::to_string(this->num_vertices) + " vertices");
-  static constexpr unsigned kNone = 0;  // a null pointer would mean every vertex
-  return take(positions, count, indices ? indices : &kNone);
+  // An empty list may be a null pointer, which `take` would read as every vertex.
+  static constexpr unsigned kUnread = 0;
+  return take(positions, count, indices ? indices : &kUnread);
 }
 
 template <typename BV>
@@ -165,14 +169,15 @@ bool AdaptiveBVHModel<BV>::hasMesh() const {
 
 // ---- hooks that FCL calls -----------------------------------------------------------------------
 
-/// Repairs a tree that was changed through a fcl::BVHModel&, whose mutators are not virtual. The
-/// first call that reads the tree repairs it. Such calls are const in FCL; the repair only restores
-/// the invariant. Any number of threads may call this at once.
+/// Repairs a tree that was changed through a fcl::BVHModel&, whose mutators are not virtual. Every
+/// call that reads the tree begins with this. These calls are const in FCL; the repair only
+/// restores the invariant that volumes enclose their triangles. Thread-safe.
 template <typename BV>
 void AdaptiveBVHModel<BV>::repair() const {
   repairIfChanged<BV>({const_cast<AdaptiveBVHModel&>(*this), state_->tree}, state_->update);
 }
 
+/// FCL calls this first in every query. For BV_UNKNOWN, that is a point cloud, it has no query.
 template <typename BV>
 fcl::NODE_TYPE AdaptiveBVHModel<BV>::getNodeType() const {
   repair();
@@ -185,7 +190,7 @@ void AdaptiveBVHModel<BV>::computeLocalAABB() {
   updateLocalBounds(*this);
 }
 
-// ---- looking in ---------------------------------------------------------------------------------
+// ---- inspection ---------------------------------------------------------------------------------
 
 template <typename BV>
 const UpdateReport& AdaptiveBVHModel<BV>::lastUpdate() const {
@@ -207,7 +212,7 @@ void AdaptiveBVHModel<BV>::setRefitPolicy(const RefitPolicy& policy) {
   state_->tree.detector.invalidate();  // the new propagation has no data yet
   try {
     repair();
-  } catch (const std::bad_alloc&) {
+  } catch (const std::bad_alloc&) {  // the old propagation's data is lost: the next reader repairs
     state_->policy = before;
     state_->update.setPropagation(before.propagation);
     throw;

@@ -9,7 +9,7 @@ namespace adaptive_bvh {
 template <typename BV>
 void Topology::assign(const fcl::BVHModel<BV>& model) {
   const auto nodes = static_cast<std::size_t>(model.getNumBVs());
-  OrderedTree tree;
+  OrderedTree tree;  // FCL's tree, in the form that VertexSlots reads
   tree.nodes.reserve(nodes);
   links.resize(nodes);
   tree.primitives.resize((nodes + 1) / 2);
@@ -52,17 +52,18 @@ template <typename BV>
 BV UpdateTarget<BV>::fitted(int node) const {
   const fcl::BVNode<BV>& fcl_node = model.getBV(node);
   const Leased<std::vector<VertexIndices>> memory;
-  std::vector<VertexIndices>& below = *memory;
+  std::vector<VertexIndices>& triangles = *memory;  // those below the node
   const auto first = static_cast<std::size_t>(fcl_node.first_primitive);
-  below.resize(static_cast<std::size_t>(fcl_node.num_primitives));
-  for (std::size_t i = 0; i < below.size(); ++i)
-    below[i] = tree.topology.slots.verticesOf(first + i);
-  return Volume<BV>::fit(viewOf(model), below.data(), fcl_node.num_primitives);
+  triangles.resize(static_cast<std::size_t>(fcl_node.num_primitives));
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    triangles[i] = tree.topology.slots.verticesOf(first + i);
+  return Volume<BV>::fit(viewOf(model), triangles.data(), fcl_node.num_primitives);
 }
 
 namespace {
 
-/// The primitives in leaf order; empty if the leaves do not contain every primitive once.
+/// The primitive of each leaf, in leaf order (by BVNode::first_primitive); empty if the leaves do
+/// not contain every primitive once.
 template <typename BV>
 std::vector<unsigned> leafOrder(const fcl::BVHModel<BV>& model, int primitives) {
   std::vector<unsigned> order(static_cast<std::size_t>(primitives));
@@ -81,7 +82,8 @@ std::vector<unsigned> leafOrder(const fcl::BVHModel<BV>& model, int primitives) 
   return order;
 }
 
-/// Whether node i precedes its children, and the children's ranges of primitives make up its own.
+/// Whether node i precedes its children, and its leaves are its left child's, then its right
+/// child's.
 template <typename BV>
 bool linksHold(const fcl::BVHModel<BV>& model, int i) {
   const fcl::BVNode<BV>& node = model.getBV(i);

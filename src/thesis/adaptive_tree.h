@@ -15,6 +15,8 @@
 #include "thesis/traversal_statistics.h"
 #include "thesis/volumes/volume.h"
 
+// What an AdaptiveBVHModel stores beside FCL's tree (AdaptiveTree), and what an update of a model
+// works on (UpdateTarget, StepInput). A node is a number: its index in FCL's array of nodes.
 namespace adaptive_bvh {
 
 /// The topology of FCL's tree, in a compact form.
@@ -28,12 +30,14 @@ struct Topology {
   /// first_primitive + num_primitives).
   VertexSlots slots;
   int depth = 0;  ///< links from the root to the deepest leaf
-  /// For each node: the left child, followed by the right one; for a leaf, -1 minus its leaf index.
-  /// (FCL's nodes take 136 bytes each.)
+  /// By node: its left child (the right child is the next number); for a leaf, -1 minus its leaf
+  /// index. (FCL's nodes take 136 bytes each.)
   std::vector<std::int32_t> links;
 
   bool isLeaf(int node) const { return links[static_cast<std::size_t>(node)] < 0; }
+  /// The left child of an inner node.
   int left(int node) const { return links[static_cast<std::size_t>(node)]; }
+  /// The position of a leaf in leaf order, see `slots`.
   int leafIndex(int node) const { return -1 - links[static_cast<std::size_t>(node)]; }
   /// The index of an inner node among the inner nodes.
   std::size_t innerIndex(int node) const { return static_cast<std::size_t>(left(node) - 1) / 2; }
@@ -47,8 +51,8 @@ struct Topology {
   std::size_t bytes() const { return slots.bytes() + links.capacity() * sizeof(links[0]); }
 };
 
-/// The inflation of each volume since its last refit, in body units, and a bound of the coordinates
-/// of all volumes. Sums are rounded up, so that no step is lost.
+/// The inflation of each volume since its last refit, in body units (ScaledFrame), and an upper
+/// bound of the coordinates of all volumes, which bounds the rounding error of moving them.
 template <typename S>
 class Inflations {
  public:
@@ -58,17 +62,18 @@ class Inflations {
   /// The volume's current radius minus its radius at the last refit.
   float of(int node) const { return inflations_[static_cast<std::size_t>(node)]; }
   void set(int node, float inflation) { inflations_[static_cast<std::size_t>(node)] = inflation; }
-  /// Indexed by node.
-  float* data() { return inflations_.data(); }
+  float* data() { return inflations_.data(); }  ///< the array of all inflations, indexed by node
 
-  /// An upper bound of Volume::cornerSum over all volumes.
+  /// An upper bound of Volume::cornerSum over all volumes, in the mesh's units.
   S coordinateSum() const { return coordinate_sum_; }
-  /// Includes a refitted volume with this Volume::cornerSum.
+  /// Includes a refitted volume with this Volume::cornerSum in the bound.
   void include(S corner_sum) { coordinate_sum_ = std::max(coordinate_sum_, corner_sum); }
-  /// Enlarges the bound; call this before volumes are moved for displacements of at most `largest`.
-  /// A volume whose displacements have the centre c and half sides h moves by |c|_1 <= 3 largest -
-  /// |h|_1 and grows by |h|_2, by `roundingOfMove` and by the single-precision error (a share of a
-  /// body unit). Rounded up, so that steps too small to change the sum are not lost.
+  /// Enlarges the bound. Call this before a step whose displacements have lengths of at most
+  /// `largest` moves the volumes. If the bounding box of a volume's displacements has the centre c
+  /// and half sides h, the volume moves by c and grows by |h|_2. Since |c|_1 + |h|_1 <= 3 largest,
+  /// its cornerSum grows by at most 3 largest; the rest covers `roundingOfMove` and the error of
+  /// single precision (a share of a body unit). The factor rounds up: a step that is too small to
+  /// change the sum still enlarges it.
   void extend(S largest, S body_unit) {
     if (!(largest > 0)) return;
     displacement_sum_ += largest;
@@ -80,9 +85,8 @@ class Inflations {
     return 4 * rounding::epsilon<S>() * coordinate_sum_ + rounding::tiny<S>();
   }
 
-  /// Whether accumulated steps have made the coordinate bound so much larger than the volumes'
-  /// coordinates that it should be recomputed. The steps then add up to about sixty times the
-  /// body's size.
+  /// Whether the coordinate bound should be recomputed, because the steps since `restart` add up to
+  /// about sixty times the body's size, and the bound may be as much too large.
   bool needsRestart(S body_unit) const { return displacement_sum_ > 64 * body_unit; }
   /// Resets the coordinate bound; `include` must follow for every volume.
   void restart() { displacement_sum_ = coordinate_sum_ = 0; }
@@ -90,7 +94,7 @@ class Inflations {
   std::size_t bytes() const { return inflations_.capacity() * sizeof(float); }
 
  private:
-  std::vector<float> inflations_;
+  std::vector<float> inflations_;  ///< by node
   S coordinate_sum_ = 0;
   S displacement_sum_ = 0;  ///< sum of the largest displacements since `restart`
 };
@@ -118,11 +122,11 @@ class RefitMarks {
     std::vector<int> nodes;
     if (steps_.empty()) return nodes;
     const std::uint8_t *const first = steps_.data(), *const end = first + steps_.size();
-    for (const std::uint8_t* at = first; at < end; ++at) {
-      at = static_cast<const std::uint8_t*>(
-          std::memchr(at, step_, static_cast<std::size_t>(end - at)));
-      if (!at) break;
-      nodes.push_back(static_cast<int>(at - first));
+    for (const std::uint8_t* byte = first; byte < end; ++byte) {
+      byte = static_cast<const std::uint8_t*>(
+          std::memchr(byte, step_, static_cast<std::size_t>(end - byte)));
+      if (!byte) break;
+      nodes.push_back(static_cast<int>(byte - first));
     }
     return nodes;
   }
@@ -130,8 +134,8 @@ class RefitMarks {
   std::size_t bytes() const { return steps_.capacity(); }
 
  private:
-  std::vector<std::uint8_t> steps_;  // 0 is never a step's number
-  std::uint8_t step_ = 1;
+  std::vector<std::uint8_t> steps_;  ///< by node; 0 is never the number of a step
+  std::uint8_t step_ = 1;            ///< number of the last step
 };
 
 /// Detects that FCL changed a tree without our update. FCL's mutators are not virtual: code that
@@ -191,7 +195,7 @@ class ChangeDetector {
     __atomic_store(&target, &value, __ATOMIC_RELEASE);
   }
 
-  bool recorded_ = false;
+  bool recorded_ = false;  ///< whether `copy_` holds a recorded root
   BV copy_;
 };
 
@@ -202,6 +206,7 @@ struct AdaptiveTree {
   using S = typename BV::S;
 
   AdaptiveTree() = default;
+  /// Copies everything but the mutex.
   AdaptiveTree(const AdaptiveTree& other)
       : resets(other.resets),
         topology(other.topology),
@@ -210,15 +215,14 @@ struct AdaptiveTree {
         refits(other.refits),
         detector(other.detector) {}
 
-  /// The number of times that this data was reset: by builds, repairs, and steps that the volumes
-  /// could not follow.
+  /// The number of times that this data was reset: by builds and repairs.
   int resets = 0;
   Topology topology;
   Inflations<S> inflations;                ///< used with Propagation::TranslationCompensated
   mutable TraversalStatistics statistics;  ///< written by queries, which hold the model const
   RefitMarks refits;                       ///< refits of the last step
   ChangeDetector<BV> detector;
-  std::mutex repairing;  ///< locked by the thread that repairs a changed tree
+  std::mutex repairing;  ///< locked while a thread repairs a changed tree, or validates it
 
   /// Resets to FCL's current tree and clears statistics; does not set inflations.
   void assign(const fcl::BVHModel<BV>& model);
@@ -231,8 +235,8 @@ struct AdaptiveTree {
   }
 };
 
-/// Checks the links of the tree and the invariant, see AdaptiveBVHModel::validate. Uses nothing but
-/// FCL's own data.
+/// Whether the links of the tree are right and every volume contains its primitives. If not, sets
+/// `reason` unless it is null. Uses nothing but FCL's own data.
 template <typename BV>
 bool checkTree(const fcl::BVHModel<BV>& model, std::string* reason);
 
@@ -242,10 +246,9 @@ struct UpdateTarget {
   fcl::BVHModel<BV>& model;
   AdaptiveTree<BV>& tree;
 
-  int nodes() const { return model.getNumBVs(); }
+  int nodes() const { return model.getNumBVs(); }  ///< the number of nodes
   BV& volume(int node) const { return model.getBV(node).bv; }
-  /// A volume fitted to the current positions of a node's triangles.
-  BV fitted(int node) const;
+  BV fitted(int node) const;  ///< a volume fitted to the current positions of a node's triangles
 };
 
 /// The nodes in [first, last).
@@ -254,7 +257,7 @@ struct NodeRange {
   bool contains(int node) const { return first <= node && node < last; }
 };
 
-/// The numbers of volumes that a propagation changed: see UpdateReport.
+/// The numbers of volumes that a propagation moved and inflated: see UpdateReport.
 struct PropagationCounts {
   int moved = 0, inflated = 0;
   void operator+=(const PropagationCounts& other) {

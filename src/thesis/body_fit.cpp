@@ -5,21 +5,20 @@
 
 #include <Eigen/Geometry>
 
-#include "base/leased.h"
 #include "thesis/volumes/swept_fit.h"
 
 namespace adaptive_bvh {
 namespace {
 
-/// Returns a, b, c, d for two triangles abc and bad; four equal vertices if the triangles have no
-/// common edge or are equal.
+/// Returns {a, b, c, d} for two triangles abc and bad with the common edge ab, in any order; four
+/// equal vertices if the triangles have no common edge, or all corners in common.
 std::array<unsigned, 4> quadOf(const VertexIndices& s, const VertexIndices& t) {
-  const auto has = [](const VertexIndices& of, unsigned v) {
-    return (of[0] == v) + (of[1] == v) + (of[2] == v);
+  const auto has = [](const VertexIndices& triangle, unsigned v) {
+    return (triangle[0] == v) + (triangle[1] == v) + (triangle[2] == v);
   };
   const int in_t[3] = {has(t, s[0]), has(t, s[1]), has(t, s[2])};
-  const std::size_t i = !in_t[0] ? 0 : !in_t[1] ? 1 : 2;
-  const std::size_t j = !has(s, t[0]) ? 0 : !has(s, t[1]) ? 1 : 2;
+  const std::size_t i = !in_t[0] ? 0 : !in_t[1] ? 1 : 2;            // s[i] is not in t
+  const std::size_t j = !has(s, t[0]) ? 0 : !has(s, t[1]) ? 1 : 2;  // t[j] is not in s
   const unsigned ends[2] = {s[(i + 1) % 3], s[(i + 2) % 3]};
   // A triangle may repeat a vertex.
   const bool is_quad = in_t[0] + in_t[1] + in_t[2] == 2 && ends[0] != ends[1] && !has(s, t[j]);
@@ -47,9 +46,9 @@ typename BV::S* numbersOf(BV& bv) {
   return reinterpret_cast<typename BV::S*>(&bv);
 }
 
-/// The transform from step to model coordinates, and its error. Let e be the extent, u = 2^-24. The
-/// error of a point of the body is below 4ue, and that of the corner below 8ue: 2^-20 e covers
-/// both.
+/// The transform from step to model coordinates, and its error. Let e be the largest coordinate of
+/// the body in the step's coordinates (`extent`), u = 2^-24. The error of a point of the body is
+/// below 4ue, and that of a volume's corner below 8ue: 2^-20 e = 16ue covers both.
 template <typename S>
 ModelCoordinates coordinatesOf(const ScaledFrame<S>& frame, float extent, double askew_axes) {
   const fcl::Vector3d origin = frame.origin().template cast<double>();
@@ -61,12 +60,14 @@ ModelCoordinates coordinatesOf(const ScaledFrame<S>& frame, float extent, double
   return {{origin[0], origin[1], origin[2]}, unit, error, askew_axes};
 }
 
+/// ModelCoordinates::askew_axes for this type of volume.
 template <typename BV>
 double askewAxes() {
   if constexpr (Volume<BV>::kHasBox) return 2 * static_cast<double>(Volume<BV>::kAxes);
   return 0;
 }
 
+/// The rotation whose columns are the axes in lane 0.
 PackedRotation packed(const Axes<Float4>& rotations) {
   const auto column = [](const Vectors<Float4>& v, float(&to)[3]) {
     to[0] = v.x[0];
@@ -80,6 +81,7 @@ PackedRotation packed(const Axes<Float4>& rotations) {
   return {x, y, z};
 }
 
+/// The KeptAxes of a leaf. Their area 0 makes every fit in two frames search new axes.
 const KeptAxes& noAxes() {
   static const KeptAxes none;
   return none;
@@ -113,7 +115,7 @@ BodyFit<BV>::BodyFit(const UpdateTarget<BV>& target, const VertexStates<S>& vert
     : target_(target),
       topology_(target.tree.topology),
       kept_(kept),
-      limit_(1 + static_cast<float>(policy.axes_tolerance)),
+      area_ratio_(1 + static_cast<float>(policy.axes_tolerance)),
       unit_(static_cast<double>(vertices.frame().unit())),
       fits_(functions),
       source_{vertices.data(),
@@ -126,7 +128,7 @@ BodyFit<BV>::BodyFit(const UpdateTarget<BV>& target, const VertexStates<S>& vert
 
 template <typename BV>
 void BodyFit<BV>::add(int node) {
-  if (source_.previous) return addTo(others_, node, fits_.others);
+  if (source_.previous) return addTo(others_, node, fits_.others);  // two frames
   if (topology_.isLeaf(node)) return addTo(triangles_, node, fits_.triangles);
   const KeptAxes& kept = kept_[topology_.innerIndex(node)];
   if (kept.isQuad()) return addTo(quads_, node, fits_.quads);
@@ -155,7 +157,7 @@ void BodyFit<BV>::addTo(Group& group, int node, FitFunction fit) {
   group.to[i] = numbersOf(fcl_node.bv);
   group.kept[i] = topology_.isLeaf(node) ? &noAxes() : &kept_[topology_.innerIndex(node)];
   group.slots[i] = topology_.isLeaf(node) ? leaves->bits() : group.kept[i]->slots;
-  if (group.slots[i] == 0) {
+  if (group.slots[i] == 0) {  // a range of slots: `others` needs work space for its points
     const VertexSlots::Set set =
         topology_.slots.below(first, static_cast<std::size_t>(fcl_node.num_primitives), 0);
     group.end[i] = set.last;
@@ -171,7 +173,7 @@ KeptAxes* BodyFit<BV>::keptAxes(int node) const {
   return kept.isQuad() ? nullptr : &kept;
 }
 
-/// Makes room in the work space for this number of points in two frames.
+/// Makes room in the work space for this number of points in two frames, and a pack for each.
 template <typename BV>
 void BodyFit<BV>::makeRoom(std::size_t points) {
   const std::size_t room = 2 * (points + kMostLanes);
@@ -179,7 +181,7 @@ void BodyFit<BV>::makeRoom(std::size_t points) {
   for (std::size_t k = 0; k < 3; ++k) source_.work[k] = work_->data() + k * (work_->size() / 3);
 }
 
-/// Fits the nodes of a group. Unused lanes repeat the first node.
+/// Fits the nodes of a group and empties it. Unused lanes repeat the first node.
 template <typename BV>
 void BodyFit<BV>::finish(Group& group, FitFunction fit) {
   if (group.count == 0) return;
@@ -193,12 +195,12 @@ void BodyFit<BV>::finish(Group& group, FitFunction fit) {
   largest_corner_sum_ = std::max(largest_corner_sum_, fit(source_, group, areas));
   if (&group != &triangles_ && &group != &quads_)
     for (int i = 0; i < group.count; ++i)
-      if (!(areas[i] <= limit_ * group.kept[i]->area)) renewAxes(group, i, areas[i]);
+      if (!(areas[i] <= area_ratio_ * group.kept[i]->area)) renewAxes(group, i, areas[i]);
   group.count = 0;
 }
 
-/// Keeps the better axes: the volume's current ones, or the result of a search. Axes of one or two
-/// triangles in two frames are not kept.
+/// Writes the volume along the new axes if it has the smaller area, and stores the better axes.
+/// (Axes of a leaf or of a quad, which get here in two frames, are not stored.)
 template <typename BV>
 void BodyFit<BV>::renewAxes(const Group& group, int lane, float area) {
   using Kernels = FitKernels<Float4>;
@@ -211,31 +213,31 @@ void BodyFit<BV>::renewAxes(const Group& group, int lane, float area) {
     alone.end[i] = group.end[lane];
     alone.to[i] = group.to[lane];
   }
-  const Axes<Float4> anew = bestAxesOf(alone);
-  const BodyVolumes<Float4> volumes = Kernels::volumesAlong(anew, source_, alone);
-  const float other = volumes.area()[0];
+  const Axes<Float4> new_axes = bestAxesOf(alone);
+  const BodyVolumes<Float4> volumes = Kernels::volumesAlong(new_axes, source_, alone);
+  const float new_area = volumes.area()[0];
   KeptAxes* const kept = keptAxes(group.nodes[lane]);
-  if (kept) kept->area = std::min(area, other);
-  if (!(other < area)) return;
+  if (kept) kept->area = std::min(area, new_area);
+  if (!(new_area < area)) return;
   largest_corner_sum_ = std::max(largest_corner_sum_, Kernels::write(volumes, source_, alone));
-  if (kept) kept->rotation = packed(Kernels::nodeFrames(source_, alone).components(anew));
+  if (kept) kept->rotation = packed(Kernels::nodeFrames(source_, alone).components(new_axes));
 }
 
 template <typename BV>
-Axes<Float4> BodyFit<BV>::bestAxesOf(const FitGroup& of) const {
+Axes<Float4> BodyFit<BV>::bestAxesOf(const FitGroup& node) const {
   const Leased<AxisFitMemory> memory;
   PointArrays<float>& points = memory->points;
   points.clear();
-  const unsigned block = of.leaves[0]->block;
+  const unsigned block = node.leaves[0]->block;
   const auto add = [&](unsigned slot) {
     points.makeRoomFor(2);
     points.add(Eigen::Map<const Eigen::Vector3f>(source_.states[slot].position));
     if (source_.previous)
       points.add(Eigen::Map<const Eigen::Vector3f>(source_.previous + 4 * std::size_t(slot)));
   };
-  if (of.slots[0] == 0)
-    for (unsigned slot = block; slot < of.end[0]; ++slot) add(slot);
-  for (std::uint64_t bits = of.slots[0]; bits != 0; bits &= bits - 1)
+  if (node.slots[0] == 0)
+    for (unsigned slot = block; slot < node.end[0]; ++slot) add(slot);
+  for (std::uint64_t bits = node.slots[0]; bits != 0; bits &= bits - 1)
     add(block + unsigned(__builtin_ctzll(bits)));
   points.fillUp();
   return bestAxes<float>(points, *memory);
@@ -261,9 +263,9 @@ void BodyFit<BV>::keepAxes(int node, const BV& bv) {
     alone.triangles[i] = fcl_node.num_primitives;
   }
   const fcl::Matrix3f axes = Volume<BV>::axes(bv).template cast<float>();
-  const Axes<Float4> of_volume{vectors::all(axes.col(0)), vectors::all(axes.col(1)),
-                               vectors::all(axes.col(2))};
-  kept.rotation = packed(FitKernels<Float4>::nodeFrames(source_, alone).components(of_volume));
+  const Axes<Float4> volume_axes{vectors::all(axes.col(0)), vectors::all(axes.col(1)),
+                                 vectors::all(axes.col(2))};
+  kept.rotation = packed(FitKernels<Float4>::nodeFrames(source_, alone).components(volume_axes));
   kept.area = static_cast<float>(Volume<BV>::surfaceArea(bv) / (unit_ * unit_));
 }
 

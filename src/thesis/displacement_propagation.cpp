@@ -7,8 +7,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The rule of the traversal: the equations of thesis 4.3. The value passed to the parent is
-/// D_latest.
+/// The rule of the traversal (post_order.h): thesis 4.3. The value of a node is its D_latest.
 template <typename BV>
 struct InflationRule {
   using S = typename BV::S;
@@ -17,12 +16,12 @@ struct InflationRule {
   bool isLeaf(int i) const { return model.getBV(i).isLeaf(); }
   void leaf(int i, S& d_latest) const { d_latest = latest[primitive(i)]; }
   static bool isTraversed(int) { return true; }
-  static void known(int, S&) {}
+  static void skipped(int, S&) {}
   static void merge(S& a, S b) { a = std::max(a, b); }
 
-  void apply(int first, S a, S b) {
-    inflate(first, a);
-    inflate(first + 1, b);
+  void apply(int left_node, S a, S b) {
+    inflate(left_node, a);
+    inflate(left_node + 1, b);
   }
   void applyRoot(S root) { inflate(0, root); }
 
@@ -42,10 +41,10 @@ struct InflationRule {
   int primitive(int leaf) const { return model.getBV(leaf).primitiveId(); }
 
   fcl::BVHModel<BV>& model;
-  const S *original_radius, *latest, *overall;
+  const S *original_radius, *latest, *overall;  ///< by node, by primitive, by primitive
   bool leaf_radius_may_shrink;
-  int left;  ///< left sibling of the current pair
-  int changed = 0;
+  int left;         ///< left sibling of the current pair; the number of nodes before the first one
+  int changed = 0;  ///< number of volumes whose radius changed
 };
 
 }  // namespace
@@ -67,7 +66,7 @@ template <typename BV>
 void DisplacementPropagation<BV>::start(const UpdateTarget<BV>& target, const BV& root) {
   for (int i = 0; i < target.nodes(); ++i) refitted(target, i);
   BV recorded = root;
-  Volume<BV>::raiseRadius(recorded);  // like the change detector
+  Volume<BV>::raiseRadius(recorded);  // as the change detector will do with the root
   original_radius_[0] = Volume<BV>::radius(recorded);
 }
 
@@ -93,9 +92,9 @@ void DisplacementPropagation<BV>::measurePrimitives(const fcl::BVHModel<BV>& mod
     S latest = 0;
     for (int k = 0; k < corners; ++k) latest = std::max(latest, vertex_motion_[mesh.vertex(p, k)]);
     latest_[p] = latest;
-    if (latest == 0) continue;  // not moved: overall_ is unchanged
+    if (latest == 0) continue;  // the primitive did not move: its overall_ is unchanged
     S overall = 0;
-    for (int k = 0; k < corners; ++k)  // for both frames in a two-frame update
+    for (int k = 0; k < corners; ++k)  // in a two-frame update, the positions of both frames
       mesh.forEachPositionOf(mesh.vertex(p, k), [&](const Point& position) {
         overall = std::max(overall, rounding::norm<S>(position - reference_[p][std::size_t(k)]));
       });

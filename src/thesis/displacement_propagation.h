@@ -27,17 +27,21 @@ namespace adaptive_bvh {
 /// up (rounding.h).
 ///
 /// Stores the data of thesis 4.2, as arrays in FCL's orders. A node's current radius is the one in
-/// FCL's node. A primitive is a triangle, or a point of a point cloud. The functions have the same
-/// meaning as those of TranslationPropagation.
+/// FCL's node. A primitive is a triangle, or a point of a point cloud. The public functions are
+/// those that a step (step_scope.h) and a Refitter call; TranslationPropagation has the same ones.
 template <typename BV>
 class DisplacementPropagation {
  public:
   using S = typename BV::S;
   using Point = fcl::Vector3<S>;
+  /// A step of some vertices is done as a step of all.
   static constexpr bool kTakesSomeVertices = false;
   using Summary = VertexSummary<S>;
 
+  /// Allocates memory for the tree's nodes and the model's vertices; `start` must follow.
   void reset(const UpdateTarget<BV>& target);
+  /// Restarts after all volumes have been fitted to the current positions; the root's volume is
+  /// `root`.
   void start(const UpdateTarget<BV>& target, const BV& root);
 
   struct Fit {
@@ -48,23 +52,30 @@ class DisplacementPropagation {
   static Fit fit(const UpdateTarget<BV>& target, const RefitPolicy&) { return {target}; }
 
   void begin(const UpdateTarget<BV>&, const StepInput<S>&) {}
+  /// The number of vertices; `read` handles the range [first, last) of them, on any thread, and
+  /// returns the statistics of their positions.
   static int readSize(const UpdateTarget<BV>& target) { return target.model.num_vertices; }
   VertexSummary<S> read(const UpdateTarget<BV>& target, const StepInput<S>& input, int first,
                         int last);
   void accept(const UpdateTarget<BV>&, const Summary&) {}
   void discard() {}
   static bool canFollow(S largest) { return std::isfinite(largest); }
+  /// Inflates all volumes, after the step's positions have been written to the model.
   PropagationCounts propagate(const UpdateTarget<BV>& target, const RefitPolicy& policy,
                               TaskPool& pool);
   static bool isInRange() { return true; }
 
+  /// The current radius of FCL's volume minus its radius at the last refit.
   S inflation(const UpdateTarget<BV>& target, int node) const {
     return Volume<BV>::radius(target.volume(node)) - originalRadius(target, node);
   }
   S originalRadius(const UpdateTarget<BV>&, int node) const {
     return original_radius_[static_cast<std::size_t>(node)];
   }
+  /// Stores the radius of a node whose volume was just fitted to the current positions; restarts
+  /// the overall displacement of a leaf's primitive.
   void refitted(const UpdateTarget<BV>& target, int node);
+  /// No nodes: the thesis refits only volumes that its criterion considers unfit.
   static NodeRange nextTurn(const UpdateTarget<BV>&) { return {}; }
 
   /// Largest displacement of a primitive's corners in the last step.
@@ -77,20 +88,15 @@ class DisplacementPropagation {
   std::size_t bytes() const;
 
  private:
+  /// Sets `latest_` and `overall_` from the displacements of the vertices and the new positions.
   void measurePrimitives(const fcl::BVHModel<BV>& model);
   void restartPrimitive(const MeshView<S>& mesh, unsigned primitive);
 
-  // For each node. FCL numbers children after their parent.
-  std::vector<S> original_radius_;  // radius when the node was last refitted
-
-  // Per primitive.
-  std::vector<S> latest_, overall_;
-  std::vector<std::array<Point, 3>> reference_;  // its corners when its leaf was last refitted
-
-  // Per vertex.
-  std::vector<S> vertex_motion_;  // displacement of each vertex in the last step
-
-  std::vector<S> stack_;
+  std::vector<S> original_radius_;               ///< by node: radius at its last refit
+  std::vector<S> latest_, overall_;              ///< by primitive: see latestDisplacement
+  std::vector<std::array<Point, 3>> reference_;  ///< by primitive: corners at its leaf's last refit
+  std::vector<S> vertex_motion_;                 ///< by vertex: length of its last displacement
+  std::vector<S> stack_;                         ///< of the post-order traversal
 };
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV) extern template class DisplacementPropagation<BV>;

@@ -11,13 +11,13 @@
 namespace adaptive_bvh {
 namespace {
 
-/// A tree in the form that FCL's recursive build needs. FCL visits the nodes in preorder, left
-/// before right, and asks for each primitive of a node which side it belongs to.
-struct Dictation {
+/// A finished tree in the form that FCL's recursive build needs. FCL visits the nodes in preorder,
+/// left before right, and asks for each primitive of a node whether it belongs to the right child.
+struct SplitList {
   static constexpr unsigned kLeaf = 0;
 
   std::vector<unsigned> rank;  ///< by primitive: its leaf index, from left to right
-  /// By node in preorder: the first rank on its right side; kLeaf for a leaf.
+  /// By node in preorder: the smallest rank in its right child; kLeaf for a leaf.
   std::vector<unsigned> right_begin;
 
   void assign(const OrderedTree& tree) {
@@ -31,14 +31,15 @@ struct Dictation {
                                           : tree.nodes[static_cast<std::size_t>(node.right)].first);
   }
 
-  /// Clears, and keeps the memory of a small tree for the next build.
+  /// Clears the list. Keeps the memory for the next build if the tree was small.
   void clear() {
     constexpr std::size_t kSmall = 1024;
-    if (right_begin.capacity() > kSmall) *this = Dictation();
+    if (right_begin.capacity() > kSmall) *this = SplitList();
     right_begin.clear();
   }
 };
 
+/// Makes FCL's build reproduce the tree of buildBottomUp.
 template <typename BV>
 class BottomUpSplitter final : public fcl::detail::BVSplitterBase<BV> {
  public:
@@ -51,22 +52,24 @@ class BottomUpSplitter final : public fcl::detail::BVSplitterBase<BV> {
     build.mesh.triangles = type == fcl::BVH_MODEL_TRIANGLES ? triangles : nullptr;
   }
 
-  /// Builds the tree at the root, where FCL gives the number of primitives. Leaves need no rule.
+  /// Called for each node in preorder, with its primitives. Builds the whole tree at the root,
+  /// whose primitives are all there are. A leaf needs no rule.
   void computeRule(const BV&, unsigned* primitives, int count) override {
     Build& build = current();
     if (build.nodes == 0 && count > 1)
-      build.dictation.assign(OrderedTree(buildBottomUp(build.mesh, static_cast<unsigned>(count))));
+      build.splits.assign(OrderedTree(buildBottomUp(build.mesh, static_cast<unsigned>(count))));
     const std::size_t node = build.nodes++;
     if (count == 1) return;
-    build.right_begin = build.dictation.right_begin[node];
+    build.right_begin = build.splits.right_begin[node];
     build.next = primitives;
   }
 
-  /// FCL asks for the primitives in the order of its array, and only elements before the current
-  /// one have been swapped so far.
+  /// Whether a primitive belongs to the right child. FCL passes only its centre, but it calls this
+  /// in the order of the node's array of primitives, and swaps only elements before the current
+  /// one, so `next` points to the primitive.
   bool apply(const fcl::Vector3<S>&) const override {
     Build& build = current();
-    return build.dictation.rank[*build.next++] >= build.right_begin;
+    return build.splits.rank[*build.next++] >= build.right_begin;
   }
 
   void clear() override { current().clear(); }
@@ -74,23 +77,25 @@ class BottomUpSplitter final : public fcl::detail::BVSplitterBase<BV> {
  private:
   struct Build {
     MeshView<S> mesh;
-    Dictation dictation;
-    std::size_t nodes = 0;           // nodes visited
-    unsigned right_begin = 0;        // of the current node
-    const unsigned* next = nullptr;  // next primitive
+    SplitList splits;
+    std::size_t nodes = 0;           ///< number of nodes visited
+    unsigned right_begin = 0;        ///< SplitList::right_begin of the current node
+    const unsigned* next = nullptr;  ///< next primitive of the current node
 
     void clear() {
-      dictation.clear();
+      splits.clear();
       nodes = 0;
     }
   };
 
+  /// The build of the calling thread.
   static Build& current() {
     static thread_local Build build;
     return build;
   }
 };
 
+/// FCL's own splitter at the mean of the centres, one per thread.
 template <typename BV>
 class TopDownSplitter final : public fcl::detail::BVSplitterBase<BV> {
  public:
@@ -113,6 +118,7 @@ class TopDownSplitter final : public fcl::detail::BVSplitterBase<BV> {
   }
 };
 
+/// Fits by Volume::fit; see sharedFitter.
 template <typename BV>
 class Fitter final : public fcl::detail::BVFitterBase<BV> {
  public:
@@ -136,6 +142,7 @@ class Fitter final : public fcl::detail::BVFitterBase<BV> {
   void clear() override { mesh() = MeshView<S>(); }
 
  private:
+  /// The mesh that the calling thread builds or refits.
   static MeshView<S>& mesh() {
     static thread_local MeshView<S> view;
     return view;

@@ -11,15 +11,15 @@ namespace adaptive_bvh {
 
 /// The splitter that a model passes to FCL (`bv_splitter`), so that FCL's build produces our tree.
 ///
-/// FCL shares it with the copies that fcl::collide makes of a const model, one per calling thread,
-/// and calls set() ... clear(): a splitter with state in the object itself crashes plain FCL there.
-/// Ours stores its state per thread, so one splitter of each kind serves all models and threads.
+/// FCL shares the splitter with the copies that fcl::collide makes of a const model, one per
+/// calling thread, and calls set() ... clear() on it for each: plain FCL's splitter, which has its
+/// state in the object, crashes there. Ours stores its state per thread, so one splitter of each
+/// kind serves all models and threads.
 template <typename BV>
 std::shared_ptr<fcl::detail::BVSplitterBase<BV>> sharedSplitter(HierarchyStrategy strategy);
 
 /// The fitter that a model passes to FCL (`bv_fitter`), so that every tree that FCL builds or
-/// refits has our conservative volumes. Shared by all models and threads like the splitter, for the
-/// same reason.
+/// refits has our conservative volumes. Shared like the splitter.
 template <typename BV>
 std::shared_ptr<fcl::detail::BVFitterBase<BV>> sharedFitter();
 

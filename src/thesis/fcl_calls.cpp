@@ -3,7 +3,8 @@
 #include "thesis/fcl_model.h"
 #include "thesis/model_state.h"
 
-// FCL's member functions that build a model and update its positions.
+// The functions of AdaptiveBVHModel that hide FCL's of the same name: they build a model and update
+// its positions. Like FCL's, they return a code (BVH_OK or an error), and `end...` takes effect.
 namespace adaptive_bvh {
 
 // ---- building -----------------------------------------------------------------------------------
@@ -11,15 +12,15 @@ namespace adaptive_bvh {
 template <typename BV>
 int AdaptiveBVHModel<BV>::beginModel(int num_tris, int num_vertices) {
   if (this->build_state == fcl::BVH_BUILD_STATE_EMPTY) {
-    // FCL leaves arrays here, and leaks them, if a build was begun on a model that was not empty.
+    // After a build was begun on a model that was not empty, FCL leaves arrays here and leaks them.
     delete[] this->vertices;
     delete[] this->tri_indices;
     this->vertices = nullptr;
     this->tri_indices = nullptr;
     return codeOf([&] { return Base::beginModel(num_tris, num_vertices); });
   }
-  // FCL frees the model before it allocates. If that fails, the model is empty, and FCL returns
-  // this code.
+  // FCL clears a model that is not empty and returns this code, but a failing allocation in between
+  // would leave it half cleared. The data of fcl::CollisionGeometry stays, as in FCL.
   return codeOf([&] {
     Base empty(emptyBase<BV>());
     empty.bv_splitter = this->bv_splitter;

@@ -7,15 +7,16 @@
 
 #include "mesh/vertex_summary.h"
 
-// What FCL's model lacks: move operations, and error codes instead of exceptions and half-done
-// calls.
+// What FCL's model lacks: move operations, and calls that fail with a code and without effect.
 namespace adaptive_bvh {
 
+/// Whether the model is under construction: between beginModel and endModel.
 template <typename BV>
 bool isBegun(const fcl::BVHModel<BV>& model) {
   return model.build_state == fcl::BVH_BUILD_STATE_BEGUN;
 }
 
+/// Whether the model has a tree and no step by FCL's calls is open.
 template <typename BV>
 bool isBuilt(const fcl::BVHModel<BV>& model) {
   return model.build_state == fcl::BVH_BUILD_STATE_PROCESSED ||
@@ -32,8 +33,7 @@ bool isUsable(const fcl::BVHModel<BV>& model) {
   return usablePositions<typename BV::S>(model.vertices, count);
 }
 
-/// Calls call(), which returns one of FCL's codes. Returns FCL's out-of-memory code if it throws
-/// std::bad_alloc.
+/// Returns call(), one of FCL's codes, or FCL's out-of-memory code after std::bad_alloc.
 template <typename Call>
 int codeOf(const Call& call) {
   try {
@@ -70,7 +70,7 @@ void swapBases(fcl::BVHModel<BV>& a, fcl::BVHModel<BV>& b) {
   between = a;
   a = b;
   b = between;
-  between = emptyBase<BV>();
+  between = emptyBase<BV>();  // its destructor must not free the arrays of `b`
 }
 
 }  // namespace adaptive_bvh

@@ -10,10 +10,12 @@
 #include "thesis/volumes/volume.h"
 #include "triangles/triangle_gap.h"
 
+// Distance and collision of two models: FCL's traversals, with this library's tests of triangles,
+// and with recording of statistics (recording_node.h).
 namespace adaptive_bvh {
 namespace {
 
-/// Selects FCL's collision traversal of two meshes by the type of volume.
+/// FCL's collision traversal of two meshes with this type of volume.
 template <typename BV>
 struct FclMeshCollision;
 template <typename S>
@@ -37,6 +39,7 @@ class MeshCollisionNode : public FclMeshCollision<BV>::Node {
     fcl::detail::initialize(static_cast<Base&>(*this), *first.model, first.tf, *second.model,
                             second.tf, query.request, query.result);
     to_first_ = RelativePlacement(first.tf, second.tf);
+    // FCL's tests of volumes use the same transform as the tests of triangles.
     this->R = to_first_.R.template cast<S>();
     this->T = to_first_.T.template cast<S>();
   }
@@ -45,15 +48,15 @@ class MeshCollisionNode : public FclMeshCollision<BV>::Node {
     addContactsOf<S, S>({this->model1, viewOf(*this->model1), this->tf1},
                         {this->model2, viewOf(*this->model2), this->tf2}, to_first_,
                         this->model1->getBV(b1).primitiveId(),
-                        this->model2->getBV(b2).primitiveId(), false, 2, this->request,
-                        *this->result);
+                        this->model2->getBV(b2).primitiveId(), /*touching=*/false, /*most=*/2,
+                        this->request, *this->result);
   }
 
  private:
-  RelativePlacement to_first_;
+  RelativePlacement to_first_;  ///< from the second model's frame to the first model's
 };
 
-/// Selects FCL's distance traversal of two meshes by the type of volume.
+/// FCL's distance traversal of two meshes with this type of volume.
 template <typename BV>
 struct FclMeshDistance;
 template <typename S>
@@ -65,7 +68,8 @@ struct FclMeshDistance<fcl::OBBRSS<S>> {
   using Node = fcl::detail::MeshDistanceTraversalNodeOBBRSS<S>;
 };
 
-/// FCL's distance traversal with this library's triangle distance.
+/// FCL's distance traversal with this library's triangle distance. The points in the result are in
+/// the first model's frame until FCL transforms them at the end.
 template <typename BV>
 class MeshDistanceNode : public FclMeshDistance<BV>::Node {
   using S = typename BV::S;
@@ -93,7 +97,7 @@ class MeshDistanceNode : public FclMeshDistance<BV>::Node {
   }
 
  private:
-  const RelativePlacement to_first_;
+  const RelativePlacement to_first_;  ///< from the second model's frame to the first model's
 };
 
 }  // namespace
@@ -104,15 +108,15 @@ typename BV::S modelModelDistance(const PlacedModel<BV>& first, const PlacedMode
   using S = typename BV::S;
   if (query.isSatisfied()) return query.result.min_distance;
   using Node = MeshDistanceNode<BV>;
-  // A separate result, because FCL transforms the points to the world at the end, including points
-  // that an older query of the same pair left in the result.
+  // A separate result: at the end FCL transforms the points to the world, and would also transform
+  // points that an older query of the same pair left in the result.
   fcl::DistanceResult<S> found(query.result.min_distance);
   RecordingDistanceNode<Node, S> node(statisticsOf(first, second),
                                       RelativePlacement(first.tf, second.tf));
   fcl::detail::initialize(static_cast<typename FclMeshDistance<BV>::Node&>(node), *first.model,
                           first.tf, *second.model, second.tf, query.request, found);
   fcl::detail::distance(&node);
-  if (found.o1) {
+  if (found.o1) {  // a smaller distance was found
     if (!query.request.enable_nearest_points) unsetPoints(found);
     query.result.update(found);
   }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <new>
-#include <optional>
 #include <utility>
 
 #include "deformable/mesh_step.h"
@@ -12,34 +11,34 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Applies to the mesh a step that the model has taken. `moved` provides memory for positions of
-/// some vertices.
+/// Applies to the mesh a step that the model has taken; `vertices` are the model's new positions.
+/// `moved` has room for the positions of a step of some vertices.
 template <typename S>
 void stepMesh(DeformableMesh<S>& mesh, StepMemory& memory, const StepInput<S>& input,
               const fcl::Vector3<S>* vertices, std::vector<fcl::Vector3<S>>& moved) {
-  auto& held = detail::MeshAccess<S>::held(mesh);
+  auto& mesh_state = detail::MeshAccess<S>::held(mesh);
   if (!input.indices)
-    return takeStep<S>(held, mesh, PositionArray<S>{vertices[0].data()},
+    return takeStep<S>(mesh_state, mesh, PositionArray<S>{vertices[0].data()},
                        input.kind == StepKind::TwoFrames, memory);
-  // The given positions may have been in the model's own arrays.
+  // Not from input.positions, which the model's step may have overwritten.
   for (std::size_t i = 0; i < input.count; ++i) moved[i] = vertices[input.indices[i]];
-  takeStep<S>(held, mesh, input.indices, moved.data(), input.count, memory);
+  takeStep<S>(mesh_state, mesh, input.indices, moved.data(), input.count, memory);
 }
 
-UpdateKind stepOf(StepKind kind, bool is_of_some) {
-  if (is_of_some) return UpdateKind::Some;
+UpdateKind stepOf(StepKind kind, bool has_indices) {
+  if (has_indices) return UpdateKind::Some;
   return kind == StepKind::TwoFrames ? UpdateKind::TwoFrames : UpdateKind::All;
 }
 
-/// Builds a new tree, like FCL does, for the positions of a step made by FCL's calls.
+/// Applies the buffered step by building a new tree, as FCL does without `refit`.
 template <typename BV>
 int rebuild(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kind) {
   using Point = fcl::Vector3<typename BV::S>;
   const std::vector<Point>& positions = state.buffer.positions();
   fcl::BVHModel<BV> built(model);
   if (kind == StepKind::TwoFrames) {
-    // Allocated here, because FCL would allocate it at a moment when two pointers refer to the
-    // current positions.
+    // Allocated here: FCL allocates it while two pointers refer to the current positions, which
+    // would be freed twice if it threw.
     if (!built.prev_vertices) built.prev_vertices = new Point[positions.size()];
     built.beginUpdateModel();
     built.updateSubModel(positions);
@@ -51,7 +50,8 @@ int rebuild(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kind) {
   }
   takeOverBuild(model, state, built);
   if (kind == StepKind::TwoFrames) return fcl::BVH_OK;
-  std::copy(positions.begin(), positions.end(), built.vertices);  // their address stays
+  // A replacement in FCL keeps the address of the array `vertices`, which `built` now holds.
+  std::copy(positions.begin(), positions.end(), built.vertices);
   std::swap(model.vertices, built.vertices);
   return fcl::BVH_OK;
 }
@@ -64,12 +64,13 @@ bool takeStep(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepInput<typenam
   const UpdateTarget<BV> target{model, state.tree};
   UpdateReport report;
   report.resynchronised = repairIfChanged(target, state.update);
-  std::vector<fcl::Vector3<S>> aside;  // copy of positions that may lie in the mesh
-  std::optional<StepMemory> memory;
+  std::vector<fcl::Vector3<S>> copied_positions;
+  std::optional<StepMemory> memory;  // the mesh's, allocated before anything changes
   if (state.mesh) {
     if (!state.meshIsCurrent()) {
-      aside.assign(input.positions, input.positions + input.count);
-      input.positions = aside.data();
+      // Copied, because input.positions may lie in the mesh, which renewMesh replaces.
+      copied_positions.assign(input.positions, input.positions + input.count);
+      input.positions = copied_positions.data();
       renewMesh(model, state);
     }
     if (input.indices) state.moved.resize(input.count);

@@ -9,10 +9,11 @@
 #include "mesh/vertex_summary.h"
 #include "thesis/step.h"
 
+// The private state of an AdaptiveBVHModel (ModelState), and the updates of a whole model.
 namespace adaptive_bvh {
 
-/// Buffers the positions of a step that is supplied call by call, until it is complete. Returns
-/// FCL's codes; a refused call changes nothing.
+/// Buffers the positions of a step that FCL's calls supply piece by piece, until it is complete.
+/// Functions return FCL's codes. `build_state` is the model's, `vertices` its number of vertices.
 template <typename S>
 class StepBuffer {
  public:
@@ -34,6 +35,7 @@ class StepBuffer {
     return fcl::BVH_OK;
   }
 
+  /// Appends positions to the open step. It fails if there are too many, or one is not usable.
   int add(StepKind kind, fcl::BVHBuildState build_state, int vertices, const Point* positions,
           std::size_t count) {
     if (!isOpen(kind, build_state)) return fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
@@ -71,6 +73,7 @@ class StepBuffer {
   std::size_t bytes() const { return positions_.capacity() * sizeof(Point); }
 
  private:
+  /// FCL's build state while a step of this kind is open.
   static fcl::BVHBuildState begun(StepKind kind) {
     return kind == StepKind::Replace ? fcl::BVH_BUILD_STATE_REPLACE_BEGUN
                                      : fcl::BVH_BUILD_STATE_UPDATE_BEGUN;
@@ -82,10 +85,10 @@ class StepBuffer {
   }
 
   bool open_ = false;
-  bool refused_ = false;
+  bool refused_ = false;  ///< whether `add` has refused positions of this step
   StepKind kind_ = StepKind::Replace;
-  fcl::BVHBuildState resume_state_ = fcl::BVH_BUILD_STATE_EMPTY;
-  std::vector<Point> positions_;
+  fcl::BVHBuildState resume_state_ = fcl::BVH_BUILD_STATE_EMPTY;  ///< build state before `begin`
+  std::vector<Point> positions_;                                  ///< of vertices 0, 1, ...
 };
 
 /// The private state of a model beyond FCL's.
@@ -98,11 +101,12 @@ struct ModelState {
   UpdateState<BV> update;
   StepBuffer<S> buffer;
   UpdateReport report;
-  std::optional<DeformableMesh<S>> mesh;  ///< created by the first call of `mesh`
-  int mesh_resets = 0;                    ///< value of AdaptiveTree::resets at its build
-  std::vector<fcl::Vector3<S>>
-      moved;  ///< positions of the last step of some vertices, for the mesh
+  /// Created by the first call of AdaptiveBVHModel::mesh, then updated in every step.
+  std::optional<DeformableMesh<S>> mesh;
+  int mesh_resets = 0;  ///< value of AdaptiveTree::resets when `mesh` was last built or updated
+  std::vector<fcl::Vector3<S>> moved;  ///< memory for the positions of a step of some vertices
 
+  /// False after a change of the model that `mesh` has not followed.
   bool meshIsCurrent() const { return mesh && mesh_resets == tree.resets; }
 };
 
@@ -118,24 +122,25 @@ struct AdaptiveBVHModel<BV>::State : ModelState<BV> {};
 template <typename BV>
 bool takeStep(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepInput<typename BV::S> input);
 
-/// \name New positions by FCL's calls: `replace...` and `update...`
+/// \name New positions by FCL's calls `replace...` and `update...`; return FCL's codes
 /// \{
 template <typename BV>
 int beginPositions(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kind);
 template <typename BV>
 int addPositions(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kind,
                  const fcl::Vector3<typename BV::S>* positions, std::size_t count);
-/// Applies the step; without `refit` builds a new tree, like FCL.
+/// Applies the step. Without `refit`, builds a new tree, like FCL.
 template <typename BV>
 int endPositions(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kind, bool refit);
 /// \}
 
-/// Takes over a model that FCL has just built, and resets the state to its tree. Its volumes are
-/// conservative if our fitter made them. If it throws std::bad_alloc, the model is unchanged.
+/// Swaps the FCL parts of `model` and of `built`, which FCL has just built, and resets the state to
+/// the new tree. Recomputes the volumes unless our fitter made them. If it throws std::bad_alloc,
+/// the model is unchanged.
 template <typename BV>
 void takeOverBuild(fcl::BVHModel<BV>& model, ModelState<BV>& state, fcl::BVHModel<BV>& built);
 
-/// Builds the mesh, in the existing object if there is one.
+/// Builds the mesh from the model's triangles, in place if it exists; removes it if there are none.
 template <typename BV>
 void renewMesh(const fcl::BVHModel<BV>& model, ModelState<BV>& state);
 

@@ -7,17 +7,18 @@
 #include "thesis/vertex_leaf_map.h"
 #include "thesis/vertex_states.h"
 
-// The work of TranslationPropagation at each node of its post-order traversal (post_order.h): the
-// arithmetic of docs/bounds.md, 3, and the choice of visited nodes.
+// The rules of TranslationPropagation's post-order traversal (post_order.h): what is done at each
+// node (MotionRule, the arithmetic of docs/bounds.md, 3), and which nodes are traversed (RangeRule,
+// AboveRule, DirtyRule).
 namespace adaptive_bvh {
 
-/// The motions of a step, by reference, for the traversal's rule.
+/// The motions of a step.
 template <typename S>
 struct Motions {
-  const VertexState* states;
+  const VertexState* states;  ///< by slot
   const bool two_frames;
-  const S unit;  ///< body unit of the motions
-  const fcl::Vector3<S> common;
+  const S unit;                  ///< the mesh's units per unit of VertexState::motion
+  const fcl::Vector3<S> common;  ///< translation that VertexState::motion leaves out
 };
 
 /// A subtree: its pairs of siblings are a contiguous range.
@@ -27,10 +28,9 @@ struct Subtree {
   Box motion;                 ///< motion of the root, set after the subtree is traversed
 };
 
-/// The rule of the traversal. Its values are bounding boxes of VertexState::motion over all
-/// vertices below a node. Reads and writes plain arrays. (Eight lanes with AVX2 took 4.5 ns per
-/// node instead of 5.1 on the thesis's scenarios with 16 times the triangles, and gained nothing
-/// with 64 times.)
+/// What is done at each node. The value of a node is the bounding box of VertexState::motion over
+/// all vertices below it. (Eight lanes with AVX2 took 4.5 ns per node instead of 5.1 on the
+/// thesis's scenarios with 16 times the triangles, and gained nothing with 64 times.)
 ///
 /// With `kMarks`, marks the candidates for a refit.
 template <typename BV, bool kMarks>
@@ -55,7 +55,7 @@ class MotionRule {
   ADAPTIVE_BVH_INLINE bool isLeaf(int node) const { return topology_.isLeaf(node); }
 
   /// A node that is not traversed has motion 0.
-  ADAPTIVE_BVH_INLINE static void known(int, Box& motion) {
+  ADAPTIVE_BVH_INLINE static void skipped(int, Box& motion) {
     motion = {float4::all(0), float4::all(0)};
   }
 
@@ -91,8 +91,7 @@ class MotionRule {
   PropagationCounts counts() const { return counts_; }
 
  private:
-  /// The rounding error of positions, in body units: a radius that grows by no more does not count
-  /// as inflated.
+  /// The rounding error of positions, in body units: a smaller growth does not count as inflation.
   static float leastInflation(const UpdateTarget<BV>& target, S unit) {
     const fcl::AABB<S>& box = target.model.aabb_local;
     const S farthest = box.min_.cwiseAbs().sum() + box.max_.cwiseAbs().sum();
@@ -104,7 +103,7 @@ class MotionRule {
   /// Saves 10 to 15 % of the traversal.
   ADAPTIVE_BVH_INLINE void prefetch(int node) const { Volume<BV>::prefetch(fcl_nodes_[node].bv); }
 
-  /// Half the diagonals of two siblings' motions, in lanes 0 and 2; 0 if nothing moves.
+  /// Half the diagonals of two boxes of motions, in lanes 0 (a) and 2 (b); 0 where nothing moves.
   ///
   /// Rounded up: let u = 2^-24. A motion of VertexState has a relative error of 2u, hence at most
   /// 2u of the largest motion; differences, squares, sums and roots here have a relative error
@@ -112,18 +111,20 @@ class MotionRule {
   /// ScaledFrame::kLeast (sqrt(3) 2^-59) and squares below the smallest float (sqrt(3) 2^-63).
   ADAPTIVE_BVH_INLINE static Float4 spreadsOf(const Box& a, const Box& b) {
     const Float4 half = float4::all(0.5f);
-    constexpr float kState = 1.f / (1 << 22), kFloor = 1.f / (1ull << 58);
+    constexpr float kStateError = 1.f / (1 << 22), kFloor = 1.f / (1ull << 58);
     const Float4 half_a = (a.high - a.low) * half, half_b = (b.high - b.low) * half;
+    // The lengths of these are upper bounds of the largest motions.
     const Float4 far_a = float4::upper(-a.low, a.high), far_b = float4::upper(-b.low, b.high);
     const Float4 lengths = float4::squareRoot(float4::sums(half_a * half_a, far_a * far_a,
                                                            half_b * half_b, far_b * far_b)) *
                            float4::all(kUp);
-    const Float4 far{lengths[1], lengths[1], lengths[3], lengths[3]};
-    return lengths + far * float4::all(kState) +
-           (far > float4::all(0) ? float4::all(kFloor) : float4::all(0));
+    const Float4 largest{lengths[1], lengths[1], lengths[3], lengths[3]};
+    return lengths + largest * float4::all(kStateError) +
+           (largest > float4::all(0) ? float4::all(kFloor) : float4::all(0));
   }
 
-  /// Moves FCL's volume by the centre of the motions and increases its radius by their spread.
+  /// Moves FCL's volume by the common translation and the centre of the node's motions, and
+  /// increases its radius by half their diagonal (`spread`).
   ADAPTIVE_BVH_INLINE void move(int node, const Box& motion, float spread) {
     inflations_[node] = (inflations_[node] + spread) * kUp;
     const Float4 middle = (motion.low + motion.high) * float4::all(0.5f);
@@ -136,8 +137,8 @@ class MotionRule {
     counts_.inflated += std::max(std::max(sides[0], sides[1]), sides[2]) > least_inflation_;
   }
 
-  /// Returns 1 if inflation > least (original radius + smallest side / 2) is possible, else 0. Uses
-  /// a slightly lower threshold, because the fitness test uses other operations; its reference is
+  /// Returns 1 if the inflation factor (refit.h) may exceed leastUnfitFactor, else 0. Uses a
+  /// slightly lower threshold, because the fitness test rounds differently; its reference length is
   /// never shorter than this one.
   ADAPTIVE_BVH_INLINE Candidates::Word mayBeUnfit(int node) const {
     const BV& bv = fcl_nodes_[node].bv;
@@ -147,22 +148,24 @@ class MotionRule {
     return !(inflation <= least_factor_ * reference);
   }
 
-  static constexpr S kBelow = S(0.999);
-  static constexpr float kUp = 1 + 1.f / (1 << 20);  ///< rounds a sum up
+  static constexpr S kBelow = S(0.999);              ///< lowers the threshold of mayBeUnfit
+  static constexpr float kUp = 1 + 1.f / (1 << 20);  ///< rounds a sum or a length up
 
-  fcl::BVNode<BV>* const fcl_nodes_;
+  fcl::BVNode<BV>* const fcl_nodes_;  ///< by node
   const Topology& topology_;
   const Motions<S> motions_;
-  float* const inflations_;
+  float* const inflations_;  ///< by node, in body units
   const bool has_common_motion_;
-  const S unit_, rounding_;
+  const S unit_;      ///< Motions::unit
+  const S rounding_;  ///< error of moving a volume, in the mesh's units
   const float least_inflation_;
-  const S side_share_, least_factor_;
+  const S side_share_;    ///< share of the smallest side in the reference length
+  const S least_factor_;  ///< no volume with a lower inflation factor is unfit
   Candidates::Marks marks_;
   PropagationCounts counts_;
 };
 
-/// Visits all pairs of a range, from the last to the first.
+/// Traverses the pairs from `first` to `last` (left siblings), beginning with the last.
 template <typename BV, bool kMarks>
 class RangeRule : public MotionRule<BV, kMarks> {
  public:
@@ -179,11 +182,12 @@ class RangeRule : public MotionRule<BV, kMarks> {
   ADAPTIVE_BVH_INLINE static bool isTraversed(int) { return true; }
 
  private:
-  const int end_;
-  int left_;
+  const int end_;  ///< the pair before the first one
+  int left_;       ///< left sibling of the current pair
 };
 
-/// Visits all pairs outside some subtrees.
+/// Traverses all pairs outside some subtrees, which have been traversed before. The subtrees are
+/// sorted from the last to the first.
 template <typename BV, bool kMarks>
 class AboveRule : public MotionRule<BV, kMarks> {
  public:
@@ -201,21 +205,22 @@ class AboveRule : public MotionRule<BV, kMarks> {
     return left_;
   }
   bool isTraversed(int node) const { return !find(node); }
-  void known(int node, Box& motion) const { motion = find(node)->motion; }
+  void skipped(int node, Box& motion) const { motion = find(node)->motion; }
 
  private:
+  /// The subtree with this root, or null.
   const Subtree* find(int node) const {
     for (const Subtree& subtree : subtrees_)
       if (subtree.root == node) return &subtree;
     return nullptr;
   }
 
-  typename std::vector<Subtree>::const_iterator next_, end_;
+  typename std::vector<Subtree>::const_iterator next_, end_;  ///< subtrees not yet left out
   const std::vector<Subtree>& subtrees_;
-  int left_;
+  int left_;  ///< left sibling of the current pair
 };
 
-/// Visits all dirty pairs.
+/// Traverses the dirty pairs.
 template <typename BV>
 class DirtyRule : public MotionRule<BV, false> {
  public:
@@ -232,7 +237,7 @@ class DirtyRule : public MotionRule<BV, false> {
  private:
   const Topology& topology_;
   const DirtyPairs& dirty_;
-  int left_;
+  int left_;  ///< left sibling of the current pair
 };
 
 }  // namespace adaptive_bvh

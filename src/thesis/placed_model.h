@@ -12,23 +12,27 @@
 
 namespace adaptive_bvh {
 
-/// A plain FCL or adaptive model with its pose, for a query by FCL's traversal.
+/// A model with its pose, for a query by FCL's traversal. An AdaptiveBVHModel records statistics of
+/// the query, a plain FCL model does not.
 template <typename BV>
 struct PlacedModel {
   using S = typename BV::S;
 
   const fcl::BVHModel<BV>* model = nullptr;
-  TraversalStatistics* statistics = nullptr;  ///< null for a plain FCL model
-  fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
+  TraversalStatistics* statistics = nullptr;               ///< null for a plain FCL model
+  fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();  ///< from the model's frame to the world
 
+  /// The triangles for addContactsOf.
   PlacedTriangles<S> triangles() const { return {model, viewOf(*model), tf}; }
   int numTriangles() const { return model->num_tris; }
+  /// The triangles for tests with shapes, in double precision.
   QueryTriangles queryTriangles() const {
     return {viewOf(*model), model->num_tris, tf.template cast<double>(),
             model->aabb_center.template cast<double>(), static_cast<double>(model->aabb_radius)};
   }
 };
 
+/// Where a query of two models, or of a model and another object, records its statistics.
 template <typename BV>
 PairStatistics statisticsOf(const PlacedModel<BV>& first, const PlacedModel<BV>& second) {
   return {{first.statistics, second.statistics}};
@@ -46,11 +50,14 @@ void requireTriangles(const fcl::BVHModel<BV>& model) {
         "adaptive_bvh: a queried model has no triangles, or was not built by endModel");
 }
 
-/// Queries of two meshes by FCL's traversal that record statistics. Both must have triangles.
+/// Updates the query's result with the distance of two models, by FCL's traversal. Returns the
+/// result's min_distance. Both models must have triangles.
 template <typename BV>
 typename BV::S modelModelDistance(const PlacedModel<BV>& first, const PlacedModel<BV>& second,
                                   const DistanceQuery<typename BV::S>& query);
 
+/// Adds the contacts of two models to the query's result, by FCL's traversal. Returns the number of
+/// contacts in the result. Both models must have triangles.
 template <typename BV>
 std::size_t modelModelCollide(const PlacedModel<BV>& first, const PlacedModel<BV>& second,
                               const CollisionQuery<typename BV::S>& query);

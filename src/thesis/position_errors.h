@@ -6,15 +6,15 @@
 
 #include "base/rounding.h"
 
-// The exceptions of AdaptiveBVHModel::update, with helpful messages.
+// The exceptions of AdaptiveBVHModel::update.
 namespace adaptive_bvh {
 
 [[noreturn]] inline void refuseUpdate(const std::string& what) {
   throw std::invalid_argument("AdaptiveBVHModel::update: " + what);
 }
 
-/// Throws with the first coordinate that is not finite or too large; there must be one.
-/// positions[i] belongs to vertex indices[i], or to vertex i if `indices` is null.
+/// Throws an exception that names the first coordinate that is not finite or too large; there must
+/// be one. positions[i] belongs to vertex indices[i], or to vertex i if `indices` is null.
 template <typename S>
 [[noreturn]] void refuseCoordinate(const fcl::Vector3<S>* positions, const unsigned* indices) {
   const auto usable = [](S x) { return std::abs(x) <= rounding::largestCoordinate<S>(); };
@@ -29,7 +29,8 @@ template <typename S>
     }
 }
 
-/// Throws for a matrix of positions that is neither 3 x N nor N x 3, or that could be both.
+/// Throws for a matrix of positions whose shape is neither 3 x N nor N x 3, or is 3 x 3 of a type
+/// that does not say which of the two it is. N is the number of vertices.
 [[noreturn]] inline void refuseMatrix(Eigen::Index rows, Eigen::Index columns, int vertices) {
   refuseUpdate(
       "the positions are a " + std::to_string(rows) + " x " + std::to_string(columns) +

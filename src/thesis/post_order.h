@@ -4,24 +4,26 @@
 
 namespace adaptive_bvh {
 
-// Post-order (bottom-up) traversal that passes values up the tree. A rule says what to do:
+// Post-order (bottom-up) traversal of FCL's tree that computes a value for each node from the
+// values of its children. A rule object says which nodes are traversed and what is done:
 //
-//   rule.nextPair()            the left node of the next pair of siblings, from the last pair to
-//                              the first; then a number <= 0
+//   rule.nextPair()            returns the left node of the next pair of siblings, from the last
+//                              pair to the first; after the first pair, a number <= 0
 //   rule.isLeaf(node)
-//   rule.leaf(node, a)         makes `a` the value of a leaf
+//   rule.leaf(node, a)         sets `a` to the value of a leaf
 //   rule.isTraversed(node)     whether the children of an inner node were among the pairs
-//   rule.known(node, a)        makes `a` the value of an inner node that is not traversed
-//   rule.apply(left, a, b)     works on two siblings, left and left + 1, after everything below
-//                              them; a and b are their values
-//   rule.merge(a, b)           makes `a` the value of their parent
-//   rule.applyRoot(a)          works on the root
+//   rule.skipped(node, a)      sets `a` to the value of an inner node that is not traversed
+//   rule.apply(left, a, b)     works on the siblings left and left + 1, whose values are a and b;
+//                              called after all nodes below them
+//   rule.merge(a, b)           sets `a` to the value of their parent
+//   rule.applyRoot(a)          works on the root, whose value is a
 //
 // A pair of siblings is followed by the pairs below its left node, then by those below its right
 // node (see Topology). So iterating from the last pair to the first visits children before parents,
-// right subtrees first. Values of inner nodes wait on a stack of Topology::stackCapacity.
+// right subtrees first. A stack of Topology::stackCapacity holds the value of each traversed inner
+// node until its pair is worked on. `stack` points to its end.
 
-/// Sets `value` to the value of a node: that of a leaf, from the stack, or known to the rule.
+/// Sets `value` to the value of a node. Pops it from the stack if the node was traversed.
 template <typename Value, typename Rule>
 ADAPTIVE_BVH_INLINE void valueOf(int node, Value& value, Value*& stack, Rule& rule) {
   if (rule.isLeaf(node))
@@ -29,15 +31,15 @@ ADAPTIVE_BVH_INLINE void valueOf(int node, Value& value, Value*& stack, Rule& ru
   else if (rule.isTraversed(node))
     value = *--stack;
   else
-    rule.known(node, value);
+    rule.skipped(node, value);
 }
 
-/// Traverses the rule's pairs. Leaves the value of their common root on the stack.
+/// Traverses the rule's pairs. Pushes the value of the first pair's parent.
 template <typename Value, typename Rule>
 ADAPTIVE_BVH_INLINE void traversePairs(Value*& stack, Rule& rule) {
   Value a, b;
   for (int left = rule.nextPair(); left > 0; left = rule.nextPair()) {
-    valueOf(left, a, stack, rule);  // first, because its value was pushed last
+    valueOf(left, a, stack, rule);  // before the right one, because its value was pushed later
     valueOf(left + 1, b, stack, rule);
     rule.apply(left, a, b);
     rule.merge(a, b);
@@ -45,7 +47,7 @@ ADAPTIVE_BVH_INLINE void traversePairs(Value*& stack, Rule& rule) {
   }
 }
 
-/// Traverses a tree, with its root.
+/// Traverses the rule's pairs, then the root of the tree. `stack` is empty.
 template <typename Value, typename Rule>
 ADAPTIVE_BVH_INLINE void traversePostOrder(Value* stack, Rule& rule) {
   traversePairs(stack, rule);

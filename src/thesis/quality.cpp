@@ -1,6 +1,4 @@
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
+// measureHierarchy: how tight the volumes of a tree are, level by level.
 
 #include "adaptive_bvh/hierarchy.h"
 #include "thesis/volumes/volume.h"
@@ -8,6 +6,7 @@
 namespace adaptive_bvh {
 namespace {
 
+/// The mean of numbers; 0 if there are none.
 class Mean {
  public:
   void add(double x) {
@@ -21,7 +20,8 @@ class Mean {
   int count_ = 0;
 };
 
-struct TreeShape {
+/// Means over inner nodes: see LevelQuality.
+struct InnerNodeMeans {
   Mean aspect_ratio, sibling_overlap;
 
   template <typename BV>
@@ -45,34 +45,34 @@ const char* toString(HierarchyStrategy strategy) {
 template <typename BV>
 HierarchyQuality measureHierarchy(const fcl::BVHModel<BV>& model) {
   HierarchyQuality quality;
-  TreeShape overall;
-  std::vector<int> level, next;
-  if (model.getNumBVs() > 0) level.push_back(0);
-  for (; !level.empty(); level.swap(next), next.clear()) {
-    LevelQuality now;
-    TreeShape shape;
-    for (int i : level) {
+  InnerNodeMeans overall;
+  std::vector<int> level_nodes, next_level_nodes;
+  if (model.getNumBVs() > 0) level_nodes.push_back(0);
+  for (; !level_nodes.empty(); level_nodes.swap(next_level_nodes), next_level_nodes.clear()) {
+    LevelQuality level;
+    InnerNodeMeans means;
+    for (int i : level_nodes) {
       const fcl::BVNode<BV>& node = model.getBV(i);
-      ++now.nodes;
-      now.volume += Volume<BV>::volume(node.bv);
-      now.area += Volume<BV>::surfaceArea(node.bv);
+      ++level.nodes;
+      level.volume += Volume<BV>::volume(node.bv);
+      level.area += Volume<BV>::surfaceArea(node.bv);
       if (node.isLeaf()) {
-        ++now.leaves;
+        ++level.leaves;
         continue;
       }
-      shape.add(model, node);
+      means.add(model, node);
       overall.add(model, node);
-      next.push_back(node.leftChild());
-      next.push_back(node.rightChild());
+      next_level_nodes.push_back(node.leftChild());
+      next_level_nodes.push_back(node.rightChild());
     }
-    now.aspect_ratio = shape.aspect_ratio.value();
-    now.sibling_overlap = shape.sibling_overlap.value();
-    quality.levels.push_back(now);
+    level.aspect_ratio = means.aspect_ratio.value();
+    level.sibling_overlap = means.sibling_overlap.value();
+    quality.levels.push_back(level);
   }
   if (quality.levels.empty()) return quality;
 
   quality.depth = static_cast<int>(quality.levels.size()) - 1;
-  int least_depth = 0;
+  int least_depth = 0;  // of a binary tree with this number of leaves
   while ((1LL << least_depth) < (model.getNumBVs() + 1) / 2) ++least_depth;
   quality.balance = quality.depth > 0 ? double(least_depth) / quality.depth : 1;
   quality.aspect_ratio = overall.aspect_ratio.value();

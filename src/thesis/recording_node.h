@@ -7,17 +7,18 @@
 
 namespace adaptive_bvh {
 
-/// An FCL traversal node (`Node`) that also records statistics of one query. The results are FCL's.
+/// An FCL distance traversal node (`Node`) that also records statistics of one query, for the
+/// fitness tests (refit.h). The results are FCL's. One object serves one query, on one thread.
 ///
 /// FCL's distanceRecurse makes the following calls, which provide all data for test C (thesis
 /// 4.4.3):
-///   canStop(D)               false: go below the pair (B1, B2), whose distance is D
+///   canStop(D)               if false, the traversal enters the pair (B1, B2), whose distance is D
 ///   firstOverSecond(B1, B2)  which of the two is split; say B1, into A1 and C1
-///   BVTesting(A1, B2)        D_a
-///   BVTesting(C1, B2)        D_c
+///   BVTesting(A1, B2)        returns the distance D_a
+///   BVTesting(C1, B2)        returns the distance D_c
 /// alpha = D_a - D, beta = D_c - D. FCL never tests the pair of roots, so for this pair there is no
-/// D, and nothing is recorded for test C. Every visit counts for test D, because FCL tests only the
-/// volumes.
+/// D, and nothing is recorded for test C. Every visit counts for test D, because FCL does not tell
+/// whether a volume would have stopped the traversal without its inflation.
 template <typename Node, typename S>
 class RecordingDistanceNode : public Node {
  public:
@@ -28,7 +29,7 @@ class RecordingDistanceNode : public Node {
   ~RecordingDistanceNode() override { statistics_.recordQuery(work_); }
 
   bool canStop(S distance) const override {
-    parent_distance_ = distance;  // distance of the next pair, if the traversal enters it
+    parent_distance_ = distance;
     return Node::canStop(distance);
   }
 
@@ -61,12 +62,13 @@ class RecordingDistanceNode : public Node {
  private:
   static constexpr S kNone = -1;  // distances are never negative
 
+  // Mutable, because FCL's functions are const.
   PairStatistics statistics_;
   mutable QueryWork work_;
-  mutable S parent_distance_ = std::numeric_limits<S>::quiet_NaN();  // NaN at the pair of roots
-  mutable S first_child_distance_ = kNone;
-  mutable TraversalStatistics* split_side_ = nullptr;
-  mutable int split_node_ = 0;
+  mutable S parent_distance_ = std::numeric_limits<S>::quiet_NaN();  ///< D; NaN for the roots
+  mutable S first_child_distance_ = kNone;                           ///< D_a
+  mutable TraversalStatistics* split_side_ = nullptr;  ///< statistics of the split node's model
+  mutable int split_node_ = 0;                         ///< B1 if it is the one that is split
 };
 
 /// Records statistics of FCL's collisionRecurse. Its tests only report whether volumes are

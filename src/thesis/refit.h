@@ -10,6 +10,8 @@
 #include "base/pack.h"
 #include "thesis/adaptive_tree.h"
 
+// Which volumes an update refits: the fitness tests of thesis 4.4 and 4.5, and Refitter, which
+// applies them node by node.
 namespace adaptive_bvh {
 
 /// The inputs of the fitness tests for one node.
@@ -17,9 +19,9 @@ struct NodeFitness {
   double inflation;  ///< R' - R: current radius minus radius at the last refit
   double reference;  ///< length that inflations are compared with (InflationReference)
   bool visited;      ///< whether a recording query went below the node since the last update
-  double child_gap;  ///< largest min(alpha, beta) of these visits; -infinity if none
-  /// Whether one of these queries tested the volume, whose inflation may have prevented the query
-  /// from stopping.
+  double child_gap;  ///< largest min(alpha, beta) (4.4.3) of these visits; -infinity if none
+  /// Whether, in such a visit, the volume was tested, and its inflation may have prevented the
+  /// query from stopping there.
   bool obstructing = false;
 };
 
@@ -48,7 +50,7 @@ inline bool testC(const NodeFitness& node, const RefitPolicy& policy) {
 /// Test D, obstruction (FitnessCriterion).
 inline bool testD(const NodeFitness& node) { return node.obstructing; }
 
-/// Whether the criterion considers only visited volumes unfit.
+/// Whether the criterion considers a volume unfit only if a query visited it.
 inline bool needsVisit(FitnessCriterion criterion) {
   switch (criterion) {
     case FitnessCriterion::A:
@@ -59,8 +61,8 @@ inline bool needsVisit(FitnessCriterion criterion) {
 }
 
 /// Whether, given the recorded statistics, only visited volumes can be unfit.
-inline bool onlyVisitedAreUnfit(const TraversalStatistics& seen, const RefitPolicy& policy) {
-  return seen.work().queries > 0 && needsVisit(policy.criterion);
+inline bool onlyVisitedAreUnfit(const TraversalStatistics& statistics, const RefitPolicy& policy) {
+  return statistics.work().queries > 0 && needsVisit(policy.criterion);
 }
 
 /// Applies the criterion (thesis 4.5): returns true if the volume is to be recomputed.
@@ -84,13 +86,14 @@ inline bool isUnfit(const NodeFitness& node, const RefitPolicy& policy) {
 }
 
 /// The nodes that a criterion may consider unfit, one bit per node. The propagation marks them
-/// while their volumes are in the cache; marked nodes must still be judged. Disabled if only
-/// visited nodes can be unfit, because there are fewer of these.
+/// while their volumes are in the cache, by a test that is quick and may mark too many; a Refitter
+/// judges the marked nodes. Disabled if only visited nodes can be unfit: they are fewer.
 class Candidates {
  public:
   using Word = std::uint64_t;
-  static constexpr int kWord = 64;
+  static constexpr int kWord = 64;  ///< bits of a word
 
+  /// Allocates `nodes` nodes, none marked.
   void reset(int nodes) { words_.assign(static_cast<std::size_t>(nodes) / kWord + 1, 0); }
   /// Clears all marks before a propagation; enables or disables marking.
   void restart(bool on) {
@@ -116,37 +119,36 @@ class Candidates {
     Marks(const Marks&) = delete;
     Marks& operator=(const Marks&) = delete;
 
-    /// Marks `left` by the lowest bit of `which` and its sibling by the second. With left = -1 the
-    /// second bit marks the root.
-    ADAPTIVE_BVH_INLINE void mark(int left, Word which) {
-      const int bit = left + 1;  // even: both are in one word
-      if (bit / kWord != at_) {
+    /// Marks the left sibling if the lowest bit of `flags` is set, and the right sibling if the
+    /// second is. With left = -1 the second bit marks the root.
+    ADAPTIVE_BVH_INLINE void mark(int left, Word flags) {
+      const int bit = left + 1;  // even, so that both siblings are in one word
+      if (bit / kWord != index_) {
         flush();
-        at_ = bit / kWord;
+        index_ = bit / kWord;
       }
-      word_ |= which << bit % kWord;
+      word_ |= flags << bit % kWord;
     }
 
    private:
     void flush() {
-      if (word_ != 0) __atomic_fetch_or(words_ + at_, word_, __ATOMIC_RELAXED);
+      if (word_ != 0) __atomic_fetch_or(words_ + index_, word_, __ATOMIC_RELAXED);
       word_ = 0;
     }
 
     Word* const words_;
-    int at_ = 0;
-    Word word_ = 0;
+    int index_ = 0;  ///< of the current word
+    Word word_ = 0;  ///< marks of the current word that are not yet in `words_`
   };
 
   std::size_t bytes() const { return words_.capacity() * sizeof(Word); }
 
  private:
-  std::vector<Word> words_;  // bit node + 1 stands for node
+  std::vector<Word> words_;  ///< the bit with number node + 1 stands for a node
   bool on_ = false;
 };
 
-/// A lower bound of the inflation factors of unfit volumes; below every factor if any volume may be
-/// unfit.
+/// A lower bound of the inflation factors of unfit volumes; -infinity if there is none.
 inline double leastUnfitFactor(const RefitPolicy& policy) {
   constexpr double kAny = -std::numeric_limits<double>::infinity();
   const double p_max = policy.max_inflation,
@@ -184,8 +186,7 @@ struct RefitCounts {
 /// Each node is judged and refitted by itself; its children are unchanged. Without statistics (no
 /// recording query since the last update), tests B and D count as true for every node and test C as
 /// false. Several threads may each use a Refitter on different nodes. `Method` is
-/// TranslationPropagation or DisplacementPropagation. Allocates nothing. Call finish() to complete
-/// pending refits.
+/// TranslationPropagation or DisplacementPropagation. Usage: `judge` or `refitAll`, then `finish`.
 template <typename BV, typename Method>
 class Refitter {
  public:
@@ -207,8 +208,8 @@ class Refitter {
   void judge(int node) {
     if (only_visited_ && !target_.tree.statistics.visited(node) && !turn_.contains(node)) return;
     prefetch(node);
-    found_[found_count_++] = node;
-    if (found_count_ == kGroup) settle();
+    pending_[pending_count_++] = node;
+    if (pending_count_ == kGroup) judgePending();
   }
   /// Refits all nodes in [first, last).
   void refitAll(int first, int last) {
@@ -219,7 +220,7 @@ class Refitter {
   }
   /// Completes all refits and returns their statistics.
   const RefitCounts<S>& finish() {
-    settle();
+    judgePending();
     counts_.corner_sum = fit_.finish();
     return counts_;
   }
@@ -234,29 +235,29 @@ class Refitter {
     for (std::size_t line = 0; line < sizeof(BV); line += 64) __builtin_prefetch(bytes + line, 1);
   }
 
-  void settle() {
-    for (int k = 0; k < found_count_; ++k) {
-      const int node = found_[k];
+  void judgePending() {
+    for (int k = 0; k < pending_count_; ++k) {
+      const int node = pending_[k];
       const NodeFitness fitness = fitnessOf(node);
       if (!isUnfit(fitness, policy_) &&
           !(turn_.contains(node) && inflationFactor(fitness) > 2 * policy_.max_inflation))
         continue;
       refit(node);
     }
-    found_count_ = 0;
+    pending_count_ = 0;
   }
 
   NodeFitness fitnessOf(int i) const {
-    const TraversalStatistics& seen = target_.tree.statistics;
+    const TraversalStatistics& statistics = target_.tree.statistics;
     const S original_radius = method_.originalRadius(target_, i);
     NodeFitness fitness;
     fitness.inflation = method_.inflation(target_, i);
     fitness.reference = policy_.reference == InflationReference::OriginalRadius
                             ? original_radius
                             : Volume<BV>::size(target_.volume(i), original_radius);
-    fitness.visited = !has_statistics_ || seen.visited(i);
-    fitness.obstructing = !has_statistics_ || seen.obstructing(i);
-    fitness.child_gap = has_statistics_ ? static_cast<double>(seen.childGap(i))
+    fitness.visited = !has_statistics_ || statistics.visited(i);
+    fitness.obstructing = !has_statistics_ || statistics.obstructing(i);
+    fitness.child_gap = has_statistics_ ? static_cast<double>(statistics.childGap(i))
                                         : -std::numeric_limits<double>::infinity();
     return fitness;
   }
@@ -275,8 +276,9 @@ class Refitter {
   const RefitPolicy& policy_;
   const NodeRange turn_;
   typename Method::Fit fit_;
-  const bool has_statistics_, only_visited_;
-  int found_[kGroup], found_count_ = 0;  ///< nodes to be judged
+  const bool has_statistics_;                ///< whether a query recorded since the last update
+  const bool only_visited_;                  ///< whether only visited nodes can be unfit
+  int pending_[kGroup], pending_count_ = 0;  ///< nodes to be judged
   RefitCounts<S> counts_;
 };
 

@@ -1,3 +1,4 @@
+// RefitPolicy: the parameters that the thesis tuned, checks, and names of criteria.
 #include "adaptive_bvh/refit_policy.h"
 
 #include <cmath>
@@ -18,13 +19,13 @@ RefitPolicy RefitPolicy::thesis(FitnessCriterion criterion) {
     policy.min_inflation = gamma;
   };
   const RefitPolicy defaults;
-  const double any_p = defaults.max_inflation;
-  const double any_k = defaults.child_distance_ratio;
-  const double any_gamma = defaults.min_inflation;
+  const double unused_p = defaults.max_inflation;
+  const double unused_k = defaults.child_distance_ratio;
+  const double unused_gamma = defaults.min_inflation;
   switch (criterion) {  // Table 2
-    case FitnessCriterion::A: set(1.884184, any_k, any_gamma); break;
-    case FitnessCriterion::AB: set(1.498741, any_k, any_gamma); break;
-    case FitnessCriterion::BC: set(any_p, 0.333928, 0.053803); break;
+    case FitnessCriterion::A: set(1.884184, unused_k, unused_gamma); break;
+    case FitnessCriterion::AB: set(1.498741, unused_k, unused_gamma); break;
+    case FitnessCriterion::BC: set(unused_p, 0.333928, 0.053803); break;
     case FitnessCriterion::AOrBC: set(3.383383, 0.416571, 0.111757); break;
     case FitnessCriterion::ABC: set(1.967193, 0.221836, 0.002197); break;
     case FitnessCriterion::ABOrBC: set(1.359579, 0.891981, 0.590829); break;

@@ -1,7 +1,6 @@
 #include "thesis/step.h"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <new>
 #include <utility>
@@ -24,7 +23,8 @@ std::unique_ptr<fcl::Vector3<typename BV::S>[]> newFrame(const fcl::BVHModel<BV>
   return std::unique_ptr<Point[]>(new Point[static_cast<std::size_t>(model.num_vertices)]);
 }
 
-/// Makes `vertices` the array for the new positions.
+/// Makes `vertices` the array for the new positions, and sets FCL's build state. In a two-frame
+/// update `prev_vertices` becomes the current positions; its first array is `new_frame`.
 template <typename BV, typename Frame>
 void openStep(fcl::BVHModel<BV>& model, StepKind kind, Frame new_frame) {
   if (kind == StepKind::Replace) {
@@ -38,7 +38,8 @@ void openStep(fcl::BVHModel<BV>& model, StepKind kind, Frame new_frame) {
   }
 }
 
-/// Records the root in the change detector if the step changed it.
+/// Records the root in the change detector if the step changed it. If the step refitted the root,
+/// the propagation stores its new radius, which `record` has raised.
 template <typename BV, typename Method>
 void recordRoot(const UpdateTarget<BV>& target, Method& method, bool refitted) {
   BV& root = target.volume(0);
@@ -47,26 +48,26 @@ void recordRoot(const UpdateTarget<BV>& target, Method& method, bool refitted) {
   if (refitted) method.refitted(target, 0);
 }
 
-/// Moves and inflates all volumes. Returns false if the volumes cannot follow; then the update's
-/// state must be reset.
+/// Moves and inflates all volumes. Returns false if single precision cannot express the motion or
+/// the body; then the update's state must be reset.
 template <typename BV, typename Scope>
-bool moveVolumes(const UpdateTarget<BV>& target, Scope& scope, const typename Scope::Summary& seen,
-                 UpdateReport& report) {
+bool moveVolumes(const UpdateTarget<BV>& target, Scope& scope,
+                 const typename Scope::Summary& summary, UpdateReport& report) {
   auto& method = scope.method();
-  if (!method.canFollow(seen.largestDisplacement())) return false;
-  method.accept(target, seen);
+  if (!method.canFollow(summary.largestDisplacement())) return false;
+  method.accept(target, summary);
   const PropagationCounts counts = scope.propagate();
   report.moved = counts.moved;
   report.inflated = counts.inflated;
   return method.isInRange();
 }
 
-/// Moves all volumes and refits unfit ones, after the positions are written. Returns false if the
-/// volumes cannot follow.
+/// Moves all volumes, then refits unfit ones. Returns false like moveVolumes.
 template <typename BV, typename Scope>
 bool followPositions(const UpdateTarget<BV>& target, Scope& scope,
-                     const typename Scope::Summary& seen, UpdateReport& report, Stopwatch& watch) {
-  if (!moveVolumes(target, scope, seen, report)) return false;
+                     const typename Scope::Summary& summary, UpdateReport& report,
+                     Stopwatch& watch) {
+  if (!moveVolumes(target, scope, summary, report)) return false;
   report.propagation_seconds = watch.lap();
   const auto refits = scope.refit();
   report.refitted_leaves = refits.leaves;
@@ -76,8 +77,8 @@ bool followPositions(const UpdateTarget<BV>& target, Scope& scope,
   return true;
 }
 
-/// Resets the update's state at the current positions. If there is no memory for that, no root
-/// matches, and the next reader of the tree does it.
+/// Refits all volumes and resets the update's state at the current positions. If there is no memory
+/// for that, the change detector stays invalidated, and the next reader of the tree does it.
 template <typename BV>
 void beginAnew(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   target.tree.detector.invalidate();
@@ -87,38 +88,38 @@ void beginAnew(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   }
 }
 
-/// Runs one step, phase by phase. `Scope` is AllVertices or SomeVertices.
+/// Runs a step of AllVertices or SomeVertices. Returns false if a position is not usable.
 template <typename BV, typename Scope>
 bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
          const StepInput<typename BV::S>& input, UpdateReport& report, Stopwatch& watch) {
-  const bool repaired = report.resynchronised;  // which recomputed every volume
+  const bool repaired = report.resynchronised;  // then the marks of refits are those of the repair
   if (scope.isAtRest()) {
     if (!repaired) target.tree.refits.clear();
     target.tree.statistics.clear();
     report.displacement_seconds = watch.lap();
     return true;
   }
-  typename Scope::Summary seen;
+  typename Scope::Summary summary;
   auto new_frame = newFrame(target.model, input.kind);
   try {
-    seen = scope.read();
+    summary = scope.read();
   } catch (const std::bad_alloc&) {
     scope.discard();
     throw;
   }
-  if (!seen.isSurelyUsable() && !usablePositions(input.positions, input.count)) {
+  if (!summary.isSurelyUsable() && !usablePositions(input.positions, input.count)) {
     scope.discard();
     return false;
   }
-  report.largest_displacement = static_cast<double>(seen.largestDisplacement());
+  report.largest_displacement = static_cast<double>(summary.largestDisplacement());
 
   if (!repaired) target.tree.refits.clear();
   openStep(target.model, input.kind, std::move(new_frame));
-  scope.write(seen);
+  scope.write(summary);
   report.displacement_seconds = watch.lap();
   bool followed = false;
   try {
-    followed = followPositions(target, scope, seen, report, watch);
+    followed = followPositions(target, scope, summary, report, watch);
   } catch (const std::bad_alloc&) {  // during a refit; the positions are already written
   }
   if (!followed) {
@@ -130,17 +131,19 @@ bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
   return true;
 }
 
-/// Returns the positions, copied to `aside` if some lie in arrays that the step writes or frees.
+/// The positions, or a copy in `copies` if some lie in arrays that the step writes or frees.
 template <typename BV>
 const fcl::Vector3<typename BV::S>* outsideOwnArrays(
     const fcl::BVHModel<BV>& model, const StepInput<typename BV::S>& input,
-    std::vector<fcl::Vector3<typename BV::S>>& aside) {
+    std::vector<fcl::Vector3<typename BV::S>>& copies) {
   using Point = fcl::Vector3<typename BV::S>;
   for (const Point* own : {model.vertices, model.prev_vertices})
     if (own && overlap(input.positions, input.count, own, std::size_t(model.num_vertices)))
-      aside.assign(input.positions, input.positions + input.count);
-  return aside.empty() ? input.positions : aside.data();
+      copies.assign(input.positions, input.positions + input.count);
+  return copies.empty() ? input.positions : copies.data();
 }
+
+// The steps of one propagation method, for takeStep.
 
 template <typename BV, typename Method>
 bool stepOfAll(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>& state,
@@ -157,7 +160,7 @@ bool stepOfSome(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>&
                 const RefitPolicy& policy, const StepInput<typename BV::S>& input,
                 UpdateReport& report, Stopwatch& watch) {
   using Point = fcl::Vector3<typename BV::S>;
-  // Also checks positions that are not used because their vertex is listed again.
+  // Checks all positions, also those that are not used because their vertex is listed again.
   if (!usablePositions(input.positions, input.count)) return false;
   if constexpr (Method::kTakesSomeVertices) {
     if (!target.model.prev_vertices) {
@@ -181,8 +184,8 @@ bool stepOf(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>& sta
   // Repairs before the step, because displacements count from the positions that the volumes
   // enclose.
   report.resynchronised = repairIfChanged(target, state) || repaired;
-  std::vector<fcl::Vector3<typename BV::S>> aside;
-  input.positions = outsideOwnArrays(target.model, input, aside);
+  std::vector<fcl::Vector3<typename BV::S>> copies;
+  input.positions = outsideOwnArrays(target.model, input, copies);
   return input.indices ? stepOfSome(method, target, state, policy, input, report, watch)
                        : stepOfAll(method, target, state, policy, input, report, watch);
 }
@@ -208,9 +211,9 @@ bool takeStep(const UpdateTarget<BV>& target, UpdateState<BV>& state, const Refi
 template <typename BV>
 void updateLocalBounds(fcl::BVHModel<BV>& model) {
   using S = typename BV::S;
-  VertexSummary<S> seen;
-  seen.add(model.vertices, model.vertices, static_cast<std::size_t>(model.num_vertices));
-  setLocalBox(model, seen.low, seen.high);
+  VertexSummary<S> summary;
+  summary.add(model.vertices, model.vertices, static_cast<std::size_t>(model.num_vertices));
+  setLocalBox(model, summary.low, summary.high);
   S squared = 0;
   for (int v = 0; v < model.num_vertices; ++v) {
     const fcl::Vector3<S> d = model.vertices[v] - model.aabb_center;
@@ -228,8 +231,8 @@ void reset(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   std::visit([&](auto& method) { method.reset(target); }, state.method);
 }
 
-/// Starts from volumes fitted to the current positions. Records the root last, because then other
-/// threads may read the whole tree.
+/// Starts from volumes fitted to the current positions; `root` becomes the root's volume. Records
+/// the root last, because other threads may read the whole tree from then on.
 template <typename BV>
 void start(const UpdateTarget<BV>& target, UpdateState<BV>& state, const BV& root) {
   std::visit([&](auto& method) { method.start(target, root); }, state.method);
@@ -242,8 +245,8 @@ void startFromBuild(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   start(target, state, target.volume(0));
 }
 
-/// Refits every volume except the root in place. Returns the root's fit for the change detector to
-/// write last, because other threads' queries may be reading the root.
+/// Refits every volume except the root's in place. Returns the root's new volume, which the change
+/// detector writes last, because other threads' queries may be reading the root.
 template <typename BV>
 BV refitAllButRoot(const UpdateTarget<BV>& target) {
   for (int i = 1; i < target.nodes(); ++i) target.volume(i) = target.fitted(i);

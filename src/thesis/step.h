@@ -10,16 +10,17 @@
 
 namespace adaptive_bvh {
 
-/// The state that updates keep between steps, in addition to the AdaptiveTree; only updates use it.
+/// What only updates of a model use and keep between steps, in addition to the AdaptiveTree.
 template <typename BV>
 struct UpdateState {
   /// Alternatives in the order of the enum Propagation.
   std::variant<TranslationPropagation<BV>, DisplacementPropagation<BV>> method;
-  VertexLeafMap leaves;  ///< empty until needed
-  DirtyPairs dirty;      ///< none between steps
-  int threads = 1;
+  VertexLeafMap leaves;  ///< empty until the first step of some vertices
+  DirtyPairs dirty;      ///< no pair is dirty between steps
+  int threads = 1;       ///< for steps of large models
 
   Propagation propagation() const { return static_cast<Propagation>(method.index()); }
+  /// Replaces `method` by a new one without data; a repair must follow.
   void setPropagation(Propagation propagation);
 
   std::size_t bytes() const {
@@ -30,13 +31,14 @@ struct UpdateState {
 
 /// The thesis's update (4.3): moves the model to the positions of `input`. Reads them, moves and
 /// inflates all volumes bottom-up, and refits the volumes that the policy considers unfit. With
-/// indices, the cost is proportional to the number of nodes above these vertices. Returns false,
-/// and changes nothing, if a position is not finite or too large.
+/// indices, Propagation::TranslationCompensated and one frame, the cost is proportional to the
+/// number of nodes above these vertices. Returns false, and changes nothing, if a position is not
+/// finite or too large.
 ///
 /// Throws std::bad_alloc only before it writes a position, and then without visible changes. If
 /// memory for a fit runs out later, the step takes place and all volumes are recomputed: at once,
 /// or at the latest when the tree is next read. Then `report.resynchronised` is set; the caller
-/// sets it before the call if it has repaired the tree.
+/// also sets it before the call if it has repaired the tree.
 ///
 /// Allocates nothing, except `prev_vertices` in the first two-frame update, on the first call with
 /// indices, and on more than one thread.
@@ -44,11 +46,11 @@ template <typename BV>
 bool takeStep(const UpdateTarget<BV>& target, UpdateState<BV>& state, const RefitPolicy& policy,
               const StepInput<typename BV::S>& input, UpdateReport& report);
 
-/// Updates aabb_local, aabb_center and aabb_radius, like FCL's computeLocalAABB.
+/// Updates the model's aabb_local, aabb_center and aabb_radius, like FCL's computeLocalAABB.
 template <typename BV>
 void updateLocalBounds(fcl::BVHModel<BV>& model);
 
-/// Starts from a tree whose volumes are our own fits of the current positions.
+/// Resets the state to a tree that FCL has built, whose volumes our fitter made.
 template <typename BV>
 void startFromBuild(const UpdateTarget<BV>& target, UpdateState<BV>& state);
 

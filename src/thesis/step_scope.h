@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -10,10 +9,12 @@
 #include "thesis/refit.h"
 #include "thesis/vertex_leaf_map.h"
 
+// What the phases of a step process: all vertices and nodes, or some. The phases are read, then
+// discard or: write, propagate, refit (`run` in step.cpp). `Method` is TranslationPropagation or
+// DisplacementPropagation.
 namespace adaptive_bvh {
 
-/// A step of all vertices: every phase processes all vertices or all nodes, on the threads of a
-/// pool. `Method` is TranslationPropagation or DisplacementPropagation.
+/// A step of all vertices: every phase processes all vertices or all nodes, on a pool's threads.
 template <typename BV, typename Method>
 class AllVertices {
  public:
@@ -27,22 +28,23 @@ class AllVertices {
         policy_(policy),
         input_(input),
         pool_(pool),
-        squared_(pool.size()) {}
+        squared_radius_(pool.size()) {}
 
   Method& method() const { return method_; }
 
+  /// Reads the new positions; the model is unchanged. Returns their statistics.
   Summary read() {
     method_.begin(target_, input_);
-    PerThread<Summary> seen(pool_.size());
-    pool_.forEachPart(Method::readSize(target_), pool_.size(), [&](int first, int last, int slot) {
-      seen[slot].add(method_.read(target_, input_, first, last));
-    });
-    return seen.sum([](auto& all, const auto& some) { all.add(some); });
+    PerThread<Summary> summaries(pool_.size());
+    pool_.forEachPart(Method::readSize(target_), pool_.size(),
+                      [&](int first, int last, int thread) {
+                        summaries[thread].add(method_.read(target_, input_, first, last));
+                      });
+    return summaries.sum([](auto& all, const auto& some) { all.add(some); });
   }
 
-  void discard() { method_.discard(); }
-  /// Whether the new positions equal the current ones. The comparison ends at the first vertex that
-  /// differs.
+  void discard() { method_.discard(); }  ///< undoes `read`
+  /// Whether the new positions equal the current ones; ends at the first vertex that differs.
   bool isAtRest() const {
     const fcl::BVHModel<BV>& model = target_.model;
     return input_.kind == StepKind::Replace && !model.prev_vertices &&
@@ -51,16 +53,17 @@ class AllVertices {
   }
 
   /// Writes the positions and the local bounds.
-  void write(const VertexSummary<S>& seen) {
-    setLocalBox(target_.model, seen.low, seen.high);
+  void write(const VertexSummary<S>& summary) {
+    setLocalBox(target_.model, summary.low, summary.high);
     pool_.forEachPart(
         target_.model.num_vertices, pool_.size(), [&](int first, int last, int thread) {
-          const S found =
+          const S squared =
               copyPoints(input_.positions + first, static_cast<std::size_t>(last - first),
                          target_.model.aabb_center, target_.model.vertices + first);
-          squared_[thread] = std::max(squared_[thread], found);
+          squared_radius_[thread] = std::max(squared_radius_[thread], squared);
         });
-    setLocalRadius(target_.model, squared_.sum([](S& all, S some) { all = std::max(all, some); }));
+    setLocalRadius(target_.model,
+                   squared_radius_.sum([](S& all, S some) { all = std::max(all, some); }));
   }
 
   PropagationCounts propagate() { return method_.propagate(target_, policy_, pool_); }
@@ -71,7 +74,8 @@ class AllVertices {
     const NodeRange turn = method_.nextTurn(target_);
     const Candidates* const marked = candidates();
     const int size = marked ? marked->words() : target_.nodes();
-    pool_.forEachPart(size, pool_.size() > 1 ? 512 : 1, [&](int first, int last, int thread) {
+    const int parts = pool_.size() > 1 ? 512 : 1;  // many parts balance the work of threads
+    pool_.forEachPart(size, parts, [&](int first, int last, int thread) {
       Refitter<BV, Method> refitter(target_, method_, policy_, turn);
       const auto judge = [&](int node) { refitter.judge(node); };
       if (policy_.criterion == FitnessCriterion::RefitAll)
@@ -100,7 +104,9 @@ class AllVertices {
   const RefitPolicy& policy_;
   const StepInput<S>& input_;
   TaskPool& pool_;
-  PerThread<S> squared_;  ///< allocated before the first position is written
+  /// The square of FCL's aabb_radius. A member, so that it is allocated before the first position
+  /// is written.
+  PerThread<S> squared_radius_;
 };
 
 /// A step of a few vertices: every phase processes these vertices or the dirty nodes above them.
@@ -123,6 +129,8 @@ class SomeVertices {
 
   Method& method() const { return method_; }
 
+  /// Reads the new positions and marks the nodes above their vertices as dirty; the model is
+  /// unchanged. Returns their statistics.
   Summary read() {
     if (leaves_.empty()) {
       VertexLeafMap leaves;
@@ -137,11 +145,12 @@ class SomeVertices {
     });
   }
 
+  /// Undoes `read`.
   void discard() {
     method_.discard();
     if (!leaves_.empty()) resetDirty();
   }
-  static bool isAtRest() { return false; }
+  static bool isAtRest() { return false; }  // not checked
 
   /// Writes the positions and the local bounds.
   void write(const VertexSummary<S>&) {
@@ -153,6 +162,7 @@ class SomeVertices {
 
   PropagationCounts propagate() { return method_.propagateDirty(target_, policy_, dirty_); }
 
+  /// Refits unfit volumes of dirty nodes; no node is dirty any more.
   RefitCounts<S> refit() {
     Refitter<BV, Method> refitter(target_, method_, policy_, NodeRange());
     const bool may_refit = policy_.criterion != FitnessCriterion::RefitNone;
@@ -178,7 +188,7 @@ class SomeVertices {
   const StepInput<S>& input_;
   VertexLeafMap& leaves_;
   DirtyPairs& dirty_;
-  BoxAfterSome<S> box_;
+  BoxAfterSome<S> box_;  ///< computes the new local bounds
 };
 
 }  // namespace adaptive_bvh

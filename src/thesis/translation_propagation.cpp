@@ -1,6 +1,5 @@
 #include "thesis/translation_propagation.h"
 
-#include <algorithm>
 #include <new>
 
 #include "thesis/motion_rule.h"
@@ -9,6 +8,7 @@
 namespace adaptive_bvh {
 namespace {
 
+/// The motions that the vertex pass has read.
 template <typename BV>
 Motions<typename BV::S> motionsOf(const fcl::BVHModel<BV>& model,
                                   const VertexStates<typename BV::S>& vertices) {
@@ -16,24 +16,23 @@ Motions<typename BV::S> motionsOf(const fcl::BVHModel<BV>& model,
           vertices.commonTranslation()};
 }
 
-/// About `count` disjoint subtrees, from the last to the first, as equal in size as the tree
-/// allows. None for small trees.
+/// About `count` disjoint subtrees of similar sizes, from last to first; none in small trees.
 template <typename BV>
 std::vector<Subtree> subtreesOf(const fcl::BVHModel<BV>& model, int count) {
   std::vector<Subtree> subtrees;
-  const int most = std::max(2, model.getBV(0).num_primitives / count);
-  std::vector<int> open = {0};
-  while (!open.empty()) {
-    const int i = open.back();
-    open.pop_back();
+  const int max_primitives = std::max(2, model.getBV(0).num_primitives / count);
+  std::vector<int> stack = {0};
+  while (!stack.empty()) {
+    const int i = stack.back();
+    stack.pop_back();
     const fcl::BVNode<BV>& node = model.getBV(i);
     if (node.isLeaf()) continue;
-    if (i > 0 && node.num_primitives <= most) {
-      const int pairs = node.num_primitives - 1;
+    if (i > 0 && node.num_primitives <= max_primitives) {
+      const int pairs = node.num_primitives - 1;  // one for each inner node
       subtrees.push_back({i, node.leftChild(), node.leftChild() + 2 * (pairs - 1), Box()});
     } else {
-      open.push_back(node.leftChild());
-      open.push_back(node.rightChild());  // popped first: later pairs before earlier ones
+      stack.push_back(node.leftChild());
+      stack.push_back(node.rightChild());  // popped first: later pairs before earlier ones
     }
   }
   return subtrees;
@@ -63,18 +62,18 @@ void TranslationPropagation<BV>::start(const UpdateTarget<BV>& target, const BV&
 }
 
 template <typename BV>
-void TranslationPropagation<BV>::accept(const UpdateTarget<BV>& target, const Summary& seen) {
+void TranslationPropagation<BV>::accept(const UpdateTarget<BV>& target, const Summary& summary) {
   AdaptiveTree<BV>& tree = target.tree;
   const S unit = vertices_.frame().unit();
   if (tree.inflations.needsRestart(unit)) tree.restartCoordinateSum(target.model);
-  tree.inflations.extend(seen.largestDisplacement(), unit);
-  vertices_.accept(seen);
+  tree.inflations.extend(summary.largestDisplacement(), unit);
+  vertices_.accept(summary);
 }
 
 template <typename BV>
 PropagationCounts TranslationPropagation<BV>::propagate(const UpdateTarget<BV>& target,
                                                         const RefitPolicy& policy, TaskPool& pool) {
-  if (policy.criterion == FitnessCriterion::RefitAll) {
+  if (policy.criterion == FitnessCriterion::RefitAll) {  // the refits replace all volumes
     candidates_.restart(false);
     return {};
   }
@@ -91,7 +90,7 @@ PropagationCounts TranslationPropagation<BV>::propagateAll(const UpdateTarget<BV
   if (pool.size() > 1) {
     try {
       return propagateSubtrees<kMarks>(target, policy, pool);
-    } catch (const std::bad_alloc&) {  // for its lists: nothing has moved yet
+    } catch (const std::bad_alloc&) {  // nothing has moved yet: go on with one thread
     }
   }
   RangeRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), policy, candidates_, 1,
@@ -100,8 +99,8 @@ PropagationCounts TranslationPropagation<BV>::propagateAll(const UpdateTarget<BV
   return rule.counts();
 }
 
-/// Propagates below every subtree's root, on any thread, then in the remaining nodes. Allocates
-/// before it moves any volume.
+/// Propagates below every subtree's root, on any thread, then in the remaining nodes on one.
+/// Allocates before it moves any volume.
 template <typename BV>
 template <bool kMarks>
 PropagationCounts TranslationPropagation<BV>::propagateSubtrees(const UpdateTarget<BV>& target,
@@ -117,7 +116,7 @@ PropagationCounts TranslationPropagation<BV>::propagateSubtrees(const UpdateTarg
                                subtree.first_pair, subtree.last_pair);
     Box* stack = stacks[static_cast<std::size_t>(slot)].data();
     traversePairs(stack, rule);
-    subtree.motion = *--stack;
+    subtree.motion = *--stack;  // of the subtree's root, which AboveRule reads
     counts[static_cast<std::size_t>(task)] = rule.counts();
   });
   AboveRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), policy, candidates_,

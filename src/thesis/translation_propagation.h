@@ -15,17 +15,16 @@ namespace adaptive_bvh {
 /// Propagation::TranslationCompensated: moves and inflates every volume so that it encloses its
 /// triangles at their new positions.
 ///
-/// Let every vertex below a node move by some d in the box [low, high] of displacements, with
-/// centre c and half diagonal h. Then d = c + e with |e| <= h. A volume that contained the vertex
-/// at p before the step contains p + c after it is moved by c, and p + d after its radius also
-/// grows by h. So a node that moves rigidly by a translation does not grow, and a node that is
-/// strained grows by its own strain, at a rate relative to its size that does not depend on its
-/// size or depth.
+/// Let every vertex below a node move by some displacement d in the box [low, high], with centre c
+/// and half diagonal h. Then d = c + e with |e| <= h. A volume that contained the vertex at p
+/// before the step contains p + c after it is moved by c, and p + d after its radius also grows by
+/// h. So a node that moves rigidly by a translation does not grow, and a node that is strained
+/// grows by its own strain, at a rate relative to its size that does not depend on its size or
+/// depth.
 ///
-/// The motions of VertexState are the remainders e beyond a common translation m: d = m + e. A
-/// volume moves by m + c, where c is the centre of the box of all e. m is added in the model's
-/// precision, so that the single precision of c and h costs nothing if a body moves far and deforms
-/// little.
+/// VertexState::motion is the remainder of d beyond a common translation m of the whole body, and
+/// the box is that of the remainders: a volume moves by m + c. m is added in the model's precision,
+/// so that the single precision of c and h costs nothing if a body moves far and deforms little.
 ///
 /// The proof with rounding is in docs/bounds.md.
 template <typename BV>
@@ -39,7 +38,7 @@ class TranslationPropagation {
 
   /// Allocates memory for the tree's nodes and the model's vertices; `start` must follow.
   void reset(const UpdateTarget<BV>& target);
-  /// An object that does the refits of this step.
+  /// Returns an object that does refits to the positions of the last step.
   using Fit = BodyFit<BV>;
   Fit fit(const UpdateTarget<BV>& target, const RefitPolicy& policy,
           const FitFunctions& functions = fitFunctions()) {
@@ -54,7 +53,8 @@ class TranslationPropagation {
   void begin(const UpdateTarget<BV>& target, const StepInput<S>& input) {
     vertices_.begin(target, input);
   }
-  /// The number of slots to read; `read` handles the range [first, last) of them, on any thread.
+  /// The number of slots; `read` handles the range [first, last) of them, on any thread, and
+  /// returns the statistics of their positions.
   static int readSize(const UpdateTarget<BV>& target) {
     return static_cast<int>(target.tree.topology.slots.size());
   }
@@ -67,10 +67,10 @@ class TranslationPropagation {
                    const VertexLeafMap& leaves, Moving&& moving) {
     return vertices_.readSome(target, input, leaves, moving);
   }
-  /// Accepts the step, whose largest displacement satisfies canFollow.
-  void accept(const UpdateTarget<BV>& target, const Summary& seen);
-  /// Discards the step, or one without motion.
-  void discard() { vertices_.discard(); }
+  /// Accepts the step, whose largest displacement satisfies canFollow. Its positions have been
+  /// written to the model; `summary` is the sum of all results of `read`.
+  void accept(const UpdateTarget<BV>& target, const Summary& summary);
+  void discard() { vertices_.discard(); }  ///< discards the step: the model keeps its positions
   /// Whether single precision can express a displacement of at most `largest`. False for NaN.
   bool canFollow(S largest) const { return largest * vertices_.frame().scale() < S(kRange); }
   /// Moves and inflates all volumes, or none if all will be refitted.
@@ -85,7 +85,7 @@ class TranslationPropagation {
     const float extent = vertices_.extent();
     return extent < kRange && extent > 1 / kRange;
   }
-  /// The nodes that the last propagation marked for judging.
+  /// The nodes that the last propagation marked, which a Refitter must judge.
   const Candidates& candidates() const { return candidates_; }
   /// \}
 
@@ -99,18 +99,20 @@ class TranslationPropagation {
   /// Resets the inflation of a node whose volume was just fitted to the current positions.
   void refitted(const UpdateTarget<BV>& target, int node) { target.tree.inflations.set(node, 0); }
 
-  /// The nodes to refit in this step if they are too inflated, even if they did not obstruct a
-  /// query. Each step returns another range.
+  /// The nodes that a Refitter also judges by their inflation alone in this step. Every node gets
+  /// its turn once in 64 steps.
   NodeRange nextTurn(const UpdateTarget<BV>& target);
 
   std::size_t bytes() const;
 
  private:
-  static constexpr float kRange = 1 << 30;
+  static constexpr float kRange = 1 << 30;  ///< in body units
 
+  /// Moves and inflates all volumes. With kMarks, marks candidates for a refit.
   template <bool kMarks>
   PropagationCounts propagateAll(const UpdateTarget<BV>& target, const RefitPolicy& policy,
                                  TaskPool& pool);
+  /// The same on several threads.
   template <bool kMarks>
   PropagationCounts propagateSubtrees(const UpdateTarget<BV>& target, const RefitPolicy& policy,
                                       TaskPool& pool);
@@ -118,8 +120,8 @@ class TranslationPropagation {
   VertexStates<S> vertices_;
   Candidates candidates_;
   std::vector<KeptAxes> kept_;  ///< indexed by Topology::innerIndex
-  std::vector<Box> stack_;
-  int next_turn_ = 0;  ///< first node of the next turn
+  std::vector<Box> stack_;      ///< of the post-order traversal
+  int next_turn_ = 0;           ///< first node of the next turn
 };
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV) extern template class TranslationPropagation<BV>;

@@ -11,21 +11,22 @@
 
 namespace adaptive_bvh {
 
-/// Records, for the fitness tests, what queries did in a tree since its last update. For each node:
+/// Records, for the fitness tests (refit.h), what queries did in a tree since its last update. For
+/// each node:
 /// - visited (test B): a query went below it, or tested its triangle;
 /// - obstructing (test D): in such a visit the volume was tested, and its inflation may have
 ///   prevented it from stopping the query;
 /// - child gap (test C): how much farther away both its children were than the node itself. Test C
 ///   requires a visit with alpha > t and beta > t, which means that the largest min(alpha, beta)
 ///   over all visits exceeds t. So one number per node suffices, and queries do not need the
-///   policy. Ten bits of it suffice, because it affects only the amount of work, not results.
+///   policy. Ten bits of mantissa suffice, because it affects only the amount of work, not results.
 ///
-/// All this is packed in one word per node, with the number of the update that it follows. An
-/// update clears everything by incrementing that number.
+/// All this is packed in one word per node, with the epoch in which it was written. An update
+/// clears all words at once by starting a new epoch.
 ///
-/// Queries access the model as const on many threads. They only raise words by relaxed atomic
-/// operations, so their order does not matter and no lock is needed. The update reads and clears
-/// the words; the caller must not run it concurrently with queries.
+/// Queries access the model as const on many threads. They only increase parts of words, by relaxed
+/// atomic operations, so their order does not matter and no lock is needed. The update reads and
+/// clears the words; the caller must not run it concurrently with queries.
 class TraversalStatistics {
  public:
   TraversalStatistics() = default;
@@ -64,12 +65,10 @@ class TraversalStatistics {
     bv_tests_.fetch_add(work.bv_tests, std::memory_order_relaxed);
     leaf_tests_.fetch_add(work.leaf_tests, std::memory_order_relaxed);
   }
-  void recordVisit(int node) { raise(node, 0); }
-  /// Records a visit in which the volume's test did not stop the query, possibly because of its
-  /// inflation.
+  void recordVisit(int node) { raise(node, 0); }  ///< records a visit
+  /// Records a visit of a volume that, without its inflation, might have stopped the query.
   void recordObstruction(int node) { raise(node, kObstructing); }
-  /// Records a visit and min(alpha, beta) of thesis 4.4.3. NaN (no parent distance known) counts as
-  /// none.
+  /// Records a visit and min(alpha, beta) of thesis 4.4.3. NaN (no parent distance) is ignored.
   template <typename S>
   void recordChildGap(int node, S gap) {
     raise(node, gapBits(static_cast<float>(gap)));
@@ -84,12 +83,12 @@ class TraversalStatistics {
     work.leaf_tests = leaf_tests_.load(std::memory_order_relaxed);
     return work;
   }
-  bool visited(int node) const { return seen(node) != 0; }
-  bool obstructing(int node) const { return (seen(node) & kObstructing) != 0; }
+  bool visited(int node) const { return currentWord(node) != 0; }
+  bool obstructing(int node) const { return (currentWord(node) & kObstructing) != 0; }
   /// The largest recorded min(alpha, beta), rounded down by less than one part in 1000; -infinity
   /// if no visit had one.
   float childGap(int node) const {
-    const Word bits = seen(node) & kGapMask;
+    const Word bits = currentWord(node) & kGapMask;
     return bits == 0 ? -std::numeric_limits<float>::infinity() : gapOf(bits);
   }
 
@@ -102,10 +101,10 @@ class TraversalStatistics {
   static constexpr Word kGapMask = (Word(1) << kGapBits) - 1;
   static constexpr Word kObstructing = Word(1) << kGapBits;
   static constexpr int kEpochShift = kGapBits + 1;
-  static constexpr Word kEpochs = (Word(1) << (32 - kEpochShift)) - 1;
+  static constexpr Word kEpochs = (Word(1) << (32 - kEpochShift)) - 1;  ///< the last epoch
 
-  /// The most significant bits of a number, in an encoding that is ordered like the numbers; 0 for
-  /// NaN.
+  /// The most significant bits of a number, encoded so that larger numbers have larger encodings:
+  /// the sign bit is inverted, and all bits of a negative number. 0 for NaN, and only for NaN.
   static Word gapBits(float gap) {
     if (gap != gap) return 0;
     Word bits;
@@ -113,6 +112,7 @@ class TraversalStatistics {
     bits = bits >> 31 ? ~bits : bits | Word(1) << 31;
     return std::max(bits >> (32 - kGapBits), Word(1));
   }
+  /// The number with this encoding, its lower bits 0 before they are decoded.
   static float gapOf(Word ordered) {
     ordered <<= 32 - kGapBits;
     const Word bits = ordered >> 31 ? ordered & ~(Word(1) << 31) : ~ordered;
@@ -122,18 +122,19 @@ class TraversalStatistics {
   }
 
   /// The word of a node that was visited since the last `clear`; 0 for other nodes.
-  Word seen(int node) const {
+  Word currentWord(int node) const {
     const Word word = words_[node].load(std::memory_order_relaxed);
     return word >> kEpochShift == epoch_ ? word : 0;
   }
 
-  void raise(int node, Word what) {
+  /// Records a visit: sets the flag if `visit` has it, and keeps the larger child gap.
+  void raise(int node, Word visit) {
     std::atomic<Word>& word = words_[node];
     Word old = word.load(std::memory_order_relaxed);
     for (;;) {
       const Word now = old >> kEpochShift == epoch_ ? old : epoch_ << kEpochShift;
       const Word next =
-          (now & ~kGapMask) | (what & kObstructing) | std::max(now & kGapMask, what & kGapMask);
+          (now & ~kGapMask) | (visit & kObstructing) | std::max(now & kGapMask, visit & kGapMask);
       if (next == old || word.compare_exchange_weak(old, next, std::memory_order_relaxed)) return;
     }
   }
@@ -145,9 +146,9 @@ class TraversalStatistics {
     leaf_tests_.store(work.leaf_tests, std::memory_order_relaxed);
   }
 
-  int size_ = 0;
+  int size_ = 0;  ///< number of nodes
   Word epoch_ = 1;
-  std::unique_ptr<std::atomic<Word>[]> words_;
+  std::unique_ptr<std::atomic<Word>[]> words_;  ///< by node
   std::atomic<int> queries_{0};
   std::atomic<long> box_tests_{0}, bv_tests_{0}, leaf_tests_{0};
 };

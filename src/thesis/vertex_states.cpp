@@ -1,13 +1,12 @@
 #include "thesis/vertex_states.h"
 
-#include <algorithm>
-
 namespace adaptive_bvh {
 namespace {
 
-/// The common displacement of a few sample vertices if they agree to within a sixteenth of it,
-/// which means that the body is transported; otherwise 0. Any vector is valid. Also 0 in a
-/// two-frame update, whose first frame does not move.
+/// The displacement of the first sample vertex if those of all samples agree with it to within a
+/// sixteenth of its size, so that the body moves mainly by a translation; otherwise 0. The samples
+/// need not be representative: any result is valid. Also 0 in a two-frame update, whose volumes
+/// must still enclose the previous positions. `present` are the model's positions before the step.
 template <typename S>
 fcl::Vector3<S> commonTranslation(const fcl::Vector3<S>* present, const StepInput<S>& input,
                                   const std::vector<unsigned>& samples) {
@@ -41,7 +40,7 @@ template <typename S>
 template <typename BV>
 void VertexStates<S>::begin(const UpdateTarget<BV>& target, const StepInput<S>& input) {
   common_ = adaptive_bvh::commonTranslation(target.model.vertices, input, samples_);
-  if (input.indices) return;
+  if (input.indices) return;  // the frame stays, since most states are not read again
   all_moving_ = true;
   const Float4 middle = body_.center();
   frame_.moveOrigin(frame_.back(middle));
@@ -53,9 +52,8 @@ template <typename S>
 template <typename BV>
 StepSummary<S> VertexStates<S>::read(const UpdateTarget<BV>& target, const StepInput<S>& input,
                                      int first, int last) {
-  constexpr int kAhead = 8;  // the mesh's order differs from the slots' order
-  // Local copies, because the compiler must assume that the stores below change data behind
-  // pointers.
+  constexpr int kAhead = 8;  // slots to prefetch ahead: their vertices are scattered in the mesh
+  // Local copies, because the stores below might change data behind pointers, for the compiler.
   const ScaledFrame<S> frame = frame_;
   const Point common = common_;
   const Point* const positions = input.positions;
@@ -64,29 +62,28 @@ StepSummary<S> VertexStates<S>::read(const UpdateTarget<BV>& target, const StepI
   const unsigned* const vertices = slots.vertices().data();
   const int end = static_cast<int>(slots.size()), used = static_cast<int>(slots.used());
   VertexState* const states = states_.data();
-  StepSummary<S> seen;
+  StepSummary<S> summary;
   for (int i = first; i < last; ++i) {
     const unsigned ahead = vertices[std::min(i + kAhead, end - 1)];
     __builtin_prefetch(&positions[ahead]);
     __builtin_prefetch(&present[ahead]);
     const unsigned v = vertices[i];
     const Point to = positions[v], displacement = to - present[v];
-    seen.add(to, displacement);
+    summary.add(to, displacement);
     const Float4 position = frame(to);
-    if (i < used) seen.body.add(position);
+    if (i < used) summary.body.add(position);
     float4::store3(position, states[i].position);
     float4::store3(frame.displacement(displacement - common), states[i].motion);
   }
   if (input.kind == StepKind::TwoFrames)
     for (int i = first; i < last; ++i) {
       const Float4 position = frame(present[vertices[i]]);
-      if (i < used) seen.body.add(position);
+      if (i < used) summary.body.add(position);
       float4::store(position, previous_[static_cast<std::size_t>(i)].data());
     }
-  return StepSummary<S>(seen);  // a copy, so that `seen` stays in registers
+  return StepSummary<S>(summary);  // a copy, so that `summary` stays in registers
 }
 
-/// Reads the model's current positions, without motion.
 template <typename S>
 template <typename BV>
 void VertexStates<S>::readInPlace(const UpdateTarget<BV>& target) {
@@ -112,12 +109,12 @@ void VertexStates<S>::readInPlace(const UpdateTarget<BV>& target) {
 }
 
 template <typename S>
-void VertexStates<S>::forgetMotion() {
+void VertexStates<S>::clearMotions() {
   const auto stop = [](VertexState& state) { float4::store3(float4::all(0), state.motion); };
   if (all_moving_)
     for (VertexState& state : states_) stop(state);
   else
-    for (unsigned slot : moving_) stop(states_[slot]);
+    for (unsigned slot : moving_slots_) stop(states_[slot]);
 }
 
 template class VertexStates<float>;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -36,21 +35,23 @@ class ScaledFrame {
     unit_ = std::ldexp(S(1), exponent);
   }
 
-  /// Converts x. The relative error of a component is 2u, u = 2^-24: the difference is rounded in
-  /// S, then converted. A component below 2^-126 may become 0.
+  /// The coordinates of the mesh's point x in this frame. The relative error of a component is 2u,
+  /// u = 2^-24: the difference is rounded in S, then to single precision. A component below 2^-126
+  /// may become 0.
   ADAPTIVE_BVH_INLINE Float4 operator()(const Point& x) const {
     return Float4{scaled(x[0] - origin_[0]), scaled(x[1] - origin_[1]), scaled(x[2] - origin_[2]),
                   0};
   }
-  /// Converts back to the mesh's coordinates.
+  /// The point of the mesh with these coordinates in this frame.
   Point back(const Float4& y) const {
     return {origin_[0] + S(y[0]) * unit_, origin_[1] + S(y[1]) * unit_,
             origin_[2] + S(y[2]) * unit_};
   }
 
-  /// Converts a difference of two points to body units. The relative error is 2u, or the error of
-  /// each component is below 2^-59: displacements below `kLeast` must not become zero, because zero
-  /// means no motion. (A huge body may have tiny triangles.)
+  /// The displacement d in body units. Either the relative error is 2u, or the error of each
+  /// component is below 2^-59: if all components of d are below `kLeast`, but not all are 0, the
+  /// first one becomes kLeast, because a zero vector would mean no motion. (A huge body may have
+  /// tiny triangles.)
   ADAPTIVE_BVH_INLINE Float4 displacement(const Point& d) const {
     Float4 v{scaled(d[0]), scaled(d[1]), scaled(d[2]), 0};
     const bool is_large =
@@ -77,7 +78,8 @@ class ScaledFrame {
 /// Statistics of a step's positions.
 template <typename S>
 struct StepSummary : VertexSummary<S> {
-  /// Bounding box of all vertices that belong to a triangle, of both frames if two are stored.
+  /// Bounding box of all vertices that belong to a triangle, of both frames if two are stored; in
+  /// the coordinates of the step (ScaledFrame).
   Box body{float4::all(std::numeric_limits<float>::max()),
            float4::all(std::numeric_limits<float>::lowest())};
 
@@ -95,64 +97,68 @@ class VertexStates {
  public:
   using Point = fcl::Vector3<S>;
 
+  /// Allocates the states of this number of slots; `start` must follow.
   void reset(std::size_t slots) { states_.resize(slots + 1); }
   /// Restarts at the model's positions, without motion, in a given frame.
   template <typename BV>
   void start(const UpdateTarget<BV>& target, const ScaledFrame<S>& frame);
 
-  /// Prepares reading a step: chooses its frame and its common translation. The origin follows the
-  /// body, because far from it single precision would lose digits.
+  /// Prepares reading a step: chooses its common translation and, for a step of all vertices, moves
+  /// the frame's origin to the body's centre, because single precision loses digits far from it.
   template <typename BV>
   void begin(const UpdateTarget<BV>& target, const StepInput<S>& input);
-  /// Reads the positions of the slots in [first, last), if positions of all vertices are given.
-  /// Several threads may do this at once.
+  /// Reads the positions of the slots in [first, last) in a step of all vertices. Returns their
+  /// statistics. Several threads may do this at once.
   template <typename BV>
   StepSummary<S> read(const UpdateTarget<BV>& target, const StepInput<S>& input, int first,
                       int last);
-  /// Reads the positions of some vertices. Calls moving(vertex, position) once for each listed
-  /// vertex, with the last position given for it.
+  /// Reads the positions in a step of some vertices. Returns their statistics, with the bounding
+  /// box of the whole body. Calls moving(vertex, position) once per vertex, with its last position.
   template <typename BV, typename Moving>
   StepSummary<S> readSome(const UpdateTarget<BV>& target, const StepInput<S>& input,
                           const VertexLeafMap& leaves, Moving&& moving);
   /// Discards a step: the states no longer match the model's positions.
   void discard() { stale_ = true; }
-  void accept(const StepSummary<S>& seen) {
+  /// Accepts a step with these statistics: its positions become the model's.
+  void accept(const StepSummary<S>& summary) {
     stale_ = false;
-    body_ = seen.body;
+    body_ = summary.body;
   }
 
   /// The coordinates of the step being read.
   const ScaledFrame<S>& frame() const { return frame_; }
-  /// The largest coordinate in the last accepted step.
+  /// The largest absolute coordinate of the body in the last accepted step, in body units.
   float extent() const { return body_.largestCoordinate(); }
+  /// The translation that every VertexState::motion leaves out, in the mesh's units.
   const Point& commonTranslation() const { return common_; }
-  const VertexState* data() const { return states_.data(); }
-  /// The previous position of each slot, if two frames are stored.
+  const VertexState* data() const { return states_.data(); }  ///< the states of all slots
+  /// The previous position of each slot, if two frames are stored: four numbers, the last unused.
   const std::array<float, 4>* previous() const { return previous_.data(); }
 
   std::size_t bytes() const {
     const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return size(states_) + size(previous_) + size(moving_) + size(samples_) + named_.bytes();
+    return size(states_) + size(previous_) + size(moving_slots_) + size(samples_) + named_.bytes();
   }
 
  private:
+  /// Reads the model's current positions, with motion 0.
   template <typename BV>
   void readInPlace(const UpdateTarget<BV>& target);
-  void forgetMotion();
+  void clearMotions();  ///< sets all motions to 0
 
   std::vector<VertexState> states_;  ///< plus one element, for loads of four numbers
   std::vector<std::array<float, 4>> previous_;
-  /// The slots that may have a motion other than 0: all, or those listed in `moving_`.
+  /// The slots that may have a motion other than 0: all, or those listed in `moving_slots_`.
   bool all_moving_ = true;
-  std::vector<unsigned> moving_;
-  NamedVertices named_;
-  /// Whether the states differ from the model's current positions.
-  bool stale_ = false;
+  std::vector<unsigned> moving_slots_;
+  NamedVertices named_;  ///< finds the last position given for each vertex
+  bool stale_ = false;   ///< whether the states differ from the model's current positions
 
   ScaledFrame<S> frame_;
   Box body_;  ///< StepSummary::body of the last accepted step
-  /// A translation of any size that most of the body shares in this step. The remaining motion of a
-  /// vertex is small if the body hardly deforms, and so are its errors in single precision.
+  /// A translation, in the mesh's units, that most of the body shares in this step; VertexState::
+  /// motion is what remains. It is small if the body hardly deforms, however far the body moves,
+  /// and so are its errors in single precision.
   Point common_ = Point::Zero();
   std::vector<unsigned> samples_;  ///< sample vertices, spread over the body
 };
@@ -162,8 +168,8 @@ template <typename BV, typename Moving>
 StepSummary<S> VertexStates<S>::readSome(const UpdateTarget<BV>& target, const StepInput<S>& input,
                                          const VertexLeafMap& leaves, Moving&& moving) {
   if (stale_) readInPlace(target);
-  forgetMotion();
-  moving_.clear();
+  clearMotions();
+  moving_slots_.clear();
   all_moving_ = false;
   StepSummary<S> summary;
   summary.body = body_;
@@ -179,7 +185,7 @@ StepSummary<S> VertexStates<S>::readSome(const UpdateTarget<BV>& target, const S
       summary.body.add(position);
       float4::store3(position, states_[slot].position);
       float4::store3(motion, states_[slot].motion);
-      moving_.push_back(slot);
+      moving_slots_.push_back(slot);
     });
   });
   return summary;

@@ -22,7 +22,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ParameterRange, low, high)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(WorkCosts, bv_test, leaf_test, propagated, refitted_leaf,
                                    refitted_inner, refitted_primitive)
 
-/// The options that must not change between an interruption and its resumption.
+/// The options that a search and its resumption must have in common.
 static json identityOf(const TuningOptions& options) {
   return {{"population", options.population},
           {"generations", options.generations},
@@ -53,15 +53,15 @@ SearchState loadSearch(const TuningOptions& options) {
   std::ifstream in;
   if (!options.checkpoint.empty()) in.open(options.checkpoint);
   if (!in.is_open()) return {};
-  const std::string start = "tune: '" + options.checkpoint + "' ";
+  const std::string subject = "tune: '" + options.checkpoint + "' ";
   json checkpoint;
   try {
     checkpoint = json::parse(in);
     if (checkpoint.at("options") == identityOf(options)) return checkpoint.at("state");
   } catch (const std::exception& error) {
-    throw std::runtime_error(start + "is no checkpoint: " + error.what());
+    throw std::runtime_error(subject + "is no checkpoint: " + error.what());
   }
-  throw std::runtime_error(start + "belongs to a search with other options");
+  throw std::runtime_error(subject + "belongs to a search with other options");
 }
 
 std::string toJson(const TuningResult& result) {

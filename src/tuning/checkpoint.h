@@ -4,11 +4,12 @@
 
 #include "adaptive_bvh/tuning.h"
 
+// The state of `tune` (tuning.cpp), and the file from which an interrupted search resumes.
 namespace adaptive_bvh {
 
-/// The parameters of a candidate policy, in the order of `parametersOf`, and its cost.
+/// A candidate policy of the genetic algorithm.
 struct Individual {
-  std::vector<double> x;
+  std::vector<double> x;  ///< values of the parameters, in the order of `parametersOf`
   double cost;
 };
 
@@ -16,9 +17,9 @@ struct Individual {
 struct SearchState {
   std::size_t criterion = 0;           ///< index of the criterion being searched
   int generation = 0;                  ///< completed generations of this criterion
-  std::vector<Individual> population;  ///< of this criterion; empty before the first generation
-  std::vector<TunedPolicy>
-      done;  ///< results of the previous criteria, and the best so far of this one
+  std::vector<Individual> population;  ///< of this criterion, best first; empty before it begins
+  /// The best policy of each previous criterion, and the best so far of this one.
+  std::vector<TunedPolicy> done;
 };
 
 /// Writes the checkpoint if the options name one. Throws std::runtime_error if that fails.

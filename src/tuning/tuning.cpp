@@ -12,11 +12,13 @@
 
 #include "checkpoint.h"
 
+// tune: searches the RefitPolicy with the least cost of a simulation.
 namespace adaptive_bvh {
 namespace {
 
 using Random = pagmo::detail::random_engine_type;
 
+/// Throws std::invalid_argument, with the name of the option, if one is not valid.
 void check(const Simulation& simulation, const TuningOptions& options) {
   const auto require = [](bool holds, const char* what) {
     if (!holds) throw std::invalid_argument(std::string("tune: ") + what);
@@ -36,7 +38,7 @@ void check(const Simulation& simulation, const TuningOptions& options) {
   options.base.check();
 }
 
-/// A parameter to be searched.
+/// A parameter of a policy to be searched.
 struct Parameter {
   double RefitPolicy::*member;
   ParameterRange range;
@@ -59,7 +61,8 @@ std::vector<Parameter> parametersOf(FitnessCriterion criterion, const TuningOpti
 }
 
 /// The steady-state genetic algorithm of the thesis (GAlib's, with overlapping populations), one
-/// run per criterion, with pagmo's operators.
+/// run per criterion, with pagmo's operators. An individual is a policy, given by the values of the
+/// criterion's parameters (`x`); a lower cost is better.
 class Search {
  public:
   Search(const Simulation& simulation, const TuningOptions& options)
@@ -67,6 +70,7 @@ class Search {
     done_at_start_ = shareDone();
   }
 
+  /// Searches all criteria, or those before the user stops the search.
   TuningResult run() {
     while (state_.criterion < options_.criteria.size())
       if (!searchCriterion()) return {state_.done, false};
@@ -97,8 +101,7 @@ class Search {
     return options_.seed + 7919 * unsigned(state_.criterion) + 104729 * unsigned(state_.generation);
   }
 
-  /// Starts with policies spread over the parameter ranges. Without parameters there is only one
-  /// policy.
+  /// Fills the population with random policies; with one if the criterion has no parameters.
   void begin() {
     Random random(seed());
     state_.done.emplace_back();
@@ -111,8 +114,8 @@ class Search {
     add(points);
   }
 
-  /// One generation: children of tournament-selected parents, by simulated binary crossover and
-  /// polynomial mutation, join the population. Then the worst leave it.
+  /// One generation: adds children of parents chosen by tournament selection, by simulated binary
+  /// crossover and polynomial mutation. Then removes the worst policies.
   void evolve() {
     Random random(seed());
     std::pair<std::vector<double>, std::vector<double>> bounds;
@@ -138,12 +141,12 @@ class Search {
 
   /// The better of two random individuals (tournament selection).
   const std::vector<double>& parent(Random& random) const {
-    std::uniform_int_distribution<std::size_t> anyone(0, state_.population.size() - 1);
-    const Individual &a = state_.population[anyone(random)], &b = state_.population[anyone(random)];
+    std::uniform_int_distribution<std::size_t> index(0, state_.population.size() - 1);
+    const Individual &a = state_.population[index(random)], &b = state_.population[index(random)];
     return a.cost <= b.cost ? a.x : b.x;
   }
 
-  /// Adds policies to the population, and keeps it sorted by cost.
+  /// Evaluates policies, adds them to the sorted population, and updates the criterion's result.
   void add(const std::vector<std::vector<double>>& points) {
     for (const std::vector<double>& x : points)
       state_.population.push_back({x, costOf(policyAt(x))});
@@ -155,6 +158,7 @@ class Search {
     tuned.evaluations += static_cast<long>(points.size());
   }
 
+  /// The policy of the current criterion with these values of its parameters.
   RefitPolicy policyAt(const std::vector<double>& x) const {
     RefitPolicy policy = options_.base;
     policy.criterion = options_.criteria[state_.criterion];
@@ -162,6 +166,7 @@ class Search {
     return policy;
   }
 
+  /// Runs the simulation; returns its measured or computed time. Throws if it is not finite.
   double costOf(const RefitPolicy& policy) const {
     const SimulationWork work = simulation_(policy);
     const double cost = options_.objective == TuningObjective::MeasuredTime
@@ -171,12 +176,14 @@ class Search {
     return cost;
   }
 
+  /// The share of the whole search that is done, from 0 to 1.
   double shareDone() const {
     const double steps = options_.generations + 1;
     return (double(state_.criterion) + std::min(1., (state_.generation + 1) / steps)) /
            double(options_.criteria.size());
   }
 
+  /// Reports the progress to the user. Returns false if the user stops the search.
   bool report() const {
     if (!options_.progress) return true;
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
@@ -185,8 +192,9 @@ class Search {
     progress.generation = state_.generation;
     progress.best = TuningResult{state_.done, false}.best();
     progress.share_done = shareDone();
-    const double here = progress.share_done - done_at_start_;
-    progress.seconds_left = here > 0 ? elapsed.count() * (1 - progress.share_done) / here : 0;
+    const double share_since_start = progress.share_done - done_at_start_;
+    progress.seconds_left =
+        share_since_start > 0 ? elapsed.count() * (1 - progress.share_done) / share_since_start : 0;
     return options_.progress(progress);
   }
 
@@ -194,7 +202,7 @@ class Search {
   const TuningOptions& options_;
   SearchState state_;
   std::vector<Parameter> parameters_;  ///< of the criterion being searched
-  double done_at_start_ = 0;
+  double done_at_start_ = 0;           ///< shareDone when this search was begun or resumed
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 

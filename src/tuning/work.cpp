@@ -9,12 +9,13 @@
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/tuning.h"
 
+// SimulationWork and WorkCosts: counted work as a time, with costs measured on this machine.
 namespace adaptive_bvh {
 namespace {
 
 using Point = fcl::Vector3d;
 
-/// The time per call in nanoseconds, the least of several rounds.
+/// The time of work(i) in nanoseconds: the mean over `calls` calls, the least of seven rounds.
 template <typename Work>
 double nanoseconds(int calls, Work&& work) {
   double least = 1e300;
@@ -46,7 +47,7 @@ TriangleMesh<double> hills() {
   return mesh;
 }
 
-/// Measures costs on two such sheets in many poses near each other, through the public API.
+/// Measures costs in nanoseconds on two such sheets in many poses, through the public API.
 class CostMeasurement {
  public:
   explicit CostMeasurement(Propagation propagation) {
@@ -65,14 +66,16 @@ class CostMeasurement {
     measureQueries(costs);
     costs.propagated = propagated();
     costs.refitted_leaf = fit(1, 8000);
-    const double two = fit(2, 8000), many = fit(512, 100);
-    costs.refitted_primitive = std::max(0., (many - two) / 510);
-    costs.refitted_inner = std::max(0., two - 2 * costs.refitted_primitive);
-    if (!std::isfinite(sink_)) costs.bv_test += 1e-9;
+    // The fit of an inner node: a constant plus a time per primitive.
+    const double fit_of_2 = fit(2, 8000), fit_of_512 = fit(512, 100);
+    costs.refitted_primitive = std::max(0., (fit_of_512 - fit_of_2) / 510);
+    costs.refitted_inner = std::max(0., fit_of_2 - 2 * costs.refitted_primitive);
+    if (!std::isfinite(sink_)) costs.bv_test += 1e-9;  // a use of `sink_`
     return costs;
   }
 
  private:
+  /// The time of FCL's distance of two triangles.
   double leafTest() {
     const fcl::Matrix3d R = Eigen::AngleAxisd(0.7, Point(1, 2, 3).normalized()).matrix();
     const Point T(0.2, 0.1, 1.5);
@@ -88,7 +91,8 @@ class CostMeasurement {
     });
   }
 
-  /// The time of a query in nanoseconds, and its work. `lift` is the gap, `turn` an angle.
+  /// Returns the time of a distance query and sets `work` to its work. The second sheet is rotated
+  /// by the angle `turn` and raised by `lift`.
   double query(double turn, double lift, QueryWork& work) {
     fcl::Transform3d tf = fcl::Transform3d::Identity();
     tf.linear() = Eigen::AngleAxisd(turn, Point(1, 0.2, 3).normalized()).matrix();
@@ -110,6 +114,7 @@ class CostMeasurement {
     return time;
   }
 
+  /// Sets costs.bv_test to the time of queries without their leaf tests, per test of volumes.
   void measureQueries(WorkCosts& costs) {
     constexpr int kPoses = 40;
     double bv_time = 0, bv_tests = 0;
@@ -122,8 +127,7 @@ class CostMeasurement {
     costs.bv_test = bv_time / bv_tests;
   }
 
-  /// The time per propagated volume in nanoseconds. All vertices move to and fro, by different
-  /// displacements.
+  /// The time per propagated volume. All vertices move to and fro, by different displacements.
   double propagated() {
     std::vector<Point> rest(first_.vertices, first_.vertices + first_.num_vertices), bent = rest;
     for (Point& p : bent) p[2] += 1e-4 * std::sin(20 * p[0]);
@@ -135,8 +139,7 @@ class CostMeasurement {
     return least;
   }
 
-  /// The time in nanoseconds of fitting `count` triangles, by the fitter that the model gives to
-  /// FCL.
+  /// The time of a fit of `count` triangles, by the fitter that the model gives to FCL.
   double fit(int count, int calls) {
     std::vector<unsigned> primitives(static_cast<std::size_t>(first_.num_tris));
     for (std::size_t i = 0; i < primitives.size(); ++i) primitives[i] = unsigned(i);
@@ -178,6 +181,7 @@ SimulationWork& SimulationWork::operator+=(const SimulationWork& other) {
   return *this;
 }
 
+// The costs are in nanoseconds. refitted_leaf includes the leaf's primitive.
 double WorkCosts::seconds(const SimulationWork& work) const {
   return 1e-9 *
          (bv_test * double(work.bv_tests) + leaf_test * double(work.leaf_tests) +

@@ -28,7 +28,7 @@ class ExpressionRule {
   bool isLeaf(int node) const { return tree_.isLeaf(node); }
   static void leaf(int node, std::string& value) { value = std::to_string(node); }
   bool isTraversed(int node) const { return left_out_.count(node) == 0; }
-  static void known(int node, std::string& value) { value = "[" + std::to_string(node) + "]"; }
+  static void skipped(int node, std::string& value) { value = "[" + std::to_string(node) + "]"; }
   static void merge(std::string& a, const std::string& b) { a = "(" + a + " " + b + ")"; }
   void apply(int left, const std::string& a, const std::string& b) {
     applied.push_back(left);

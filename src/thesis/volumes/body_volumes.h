@@ -3,11 +3,11 @@
 #include "base/vectors.h"
 #include "thesis/volumes/kept_axes.h"
 
-// Also compiled for AVX2: see thesis/volumes/fit_kernels.h.
-
+// Rectangle-swept spheres, and boxes with the same axes, around sets of points: one set and one
+// volume per lane of a pack P. Also compiled for AVX2: see thesis/volumes/fit_kernels.h.
 namespace adaptive_bvh {
 
-/// Operations that depend on the pack's size.
+/// Operations that depend on the pack's size. kCount is the number of lanes.
 template <typename P>
 struct Lanes;
 
@@ -15,12 +15,12 @@ template <>
 struct Lanes<Float4> {
   static constexpr int kCount = 4;
 
-  /// Gathers vectors; load(k) is the vector of lane k.
+  /// The vectors whose lane k is the first three numbers of load(k).
   template <typename Load>
   ADAPTIVE_BVH_INLINE static Vectors<Float4> gather(Load&& load) {
     return float4::columns(load(0), load(1), load(2), load(3));
   }
-  /// Gathers all four numbers of load(k).
+  /// Sets lane k of numbers[i] to number i of load(k).
   template <typename Load>
   ADAPTIVE_BVH_INLINE static void gather4(Load&& load, Float4 (&numbers)[4]) {
     const float4::Rows rows = float4::transposed(load(0), load(1), load(2), load(3));
@@ -36,7 +36,7 @@ struct Lanes<Float4> {
     return float4::upper(float4::upper(rows.x, rows.y), float4::upper(rows.z, rows.w));
   }
 
-  /// Converts half of the lanes to double precision.
+  /// The lower (kHalf = 0) or the upper (1) half of the lanes, in double precision.
   using Doubles = Pack<double>;
   template <int kHalf>
   ADAPTIVE_BVH_INLINE static Doubles widened(const Float4& v) {
@@ -51,52 +51,55 @@ ADAPTIVE_BVH_INLINE N sweptArea(const N& a, const N& b, const N& r) {
   return 2 * a * b + 2 * kPi * r * (a + b + 2 * r);
 }
 
-/// Finds the rectangle in the plane z = middle that, swept with the smallest possible sphere (half
-/// the thickness of the points), encloses some points: after Larsen et al. (1999), PQP. For a point
-/// at height h above the plane, the sphere covers w = sqrt(r^2 - h^2) within the plane, so the
-/// rectangle may end w short of a point. Points beyond two sides at once may lie outside the round
-/// corner; for them both sides grow. Usage: add all points, call `close`, add all points as
-/// corners, call `finish`. docs/bounds.md, 11.
+/// Finds a rectangle in the plane z = `middle` that, swept with a sphere of radius r, encloses some
+/// points in the slab |z - middle| <= r: after Larsen et al. (1999), PQP. For a point at height h
+/// above the plane, the sphere covers w = sqrt(r^2 - h^2) within the plane, so the rectangle may
+/// end w short of a point. Points beyond two sides at once may lie outside the round corner; for
+/// them both sides grow. docs/bounds.md, 11.
 ///
-/// Each lane has its own rectangle; or all lanes share one set of points, and `enclose` and
-/// `encloseCorners` combine their results.
+/// Usage with a set of points per lane: `add` all points, `close`, `addCorner` all points,
+/// `finish`. Usage with one set of points for all lanes: `enclose`, `encloseCorners`.
 template <typename P>
 class SlabRectangle {
  public:
   using Points = Vectors<P>;
 
   SlabRectangle() = default;
+  /// For the slab between these heights.
   ADAPTIVE_BVH_INLINE SlabRectangle(const P& low_z, const P& high_z)
       : middle((low_z + high_z) * 0.5f), radius((high_z - low_z) * 0.5f) {}
 
+  /// The length of the side along x (k = 0) or y (1).
   ADAPTIVE_BVH_INLINE P side(int k) const { return high[k] - low[k]; }
   /// Surface area of the volume.
   ADAPTIVE_BVH_INLINE P area() const { return sweptArea(side(0), side(1), radius); }
 
-  /// Encloses all points of one set, except for its corners. at(i) returns the points from i on,
-  /// one per lane.
-  template <typename At>
-  ADAPTIVE_BVH_INLINE void enclose(std::size_t count, At&& at) {
-    for (std::size_t i = 0; i < count; i += Lanes<P>::kCount) add(at(i));
-    putTogether();
+  /// Encloses all points of one set, except those beyond its round corners. pointsAt(i) returns the
+  /// points from i on, one per lane.
+  template <typename PointsAt>
+  ADAPTIVE_BVH_INLINE void enclose(std::size_t count, PointsAt&& pointsAt) {
+    for (std::size_t i = 0; i < count; i += Lanes<P>::kCount) add(pointsAt(i));
+    combineLanes();
     close();
   }
-  /// Encloses the corners of that set.
-  template <typename At>
-  ADAPTIVE_BVH_INLINE void encloseCorners(std::size_t count, At&& at) {
-    for (std::size_t i = 0; i < count; i += Lanes<P>::kCount) addCorner(at(i));
+  /// Then encloses the points beyond the round corners, too.
+  template <typename PointsAt>
+  ADAPTIVE_BVH_INLINE void encloseCorners(std::size_t count, PointsAt&& pointsAt) {
+    for (std::size_t i = 0; i < count; i += Lanes<P>::kCount) addCorner(pointsAt(i));
     finish();
-    putTogether();
+    combineLanes();
   }
 
-  ADAPTIVE_BVH_INLINE void add(const Points& at) {
-    const P w = packs::squareRoot(squaredHalfChord(at.z));
-    low[0] = packs::lower<P>(low[0], at.x + w);
-    high[0] = packs::upper<P>(high[0], at.x - w);
-    low[1] = packs::lower<P>(low[1], at.y + w);
-    high[1] = packs::upper<P>(high[1], at.y - w);
+  /// Extends each side until the sphere, moved along it, covers the points in that direction.
+  ADAPTIVE_BVH_INLINE void add(const Points& p) {
+    const P w = packs::squareRoot(squaredHalfChord(p.z));
+    low[0] = packs::lower<P>(low[0], p.x + w);
+    high[0] = packs::upper<P>(high[0], p.x - w);
+    low[1] = packs::lower<P>(low[1], p.y + w);
+    high[1] = packs::upper<P>(high[1], p.y - w);
   }
-  /// Collapses an empty side to its middle, from which every ball reaches the points on both sides.
+  /// A side with low > high is empty: the sphere anywhere between the two covers all points in that
+  /// direction. Collapses such a side to its middle.
   ADAPTIVE_BVH_INLINE void close() {
     for (int k = 0; k < 2; ++k) {
       const P half = (low[k] + high[k]) * 0.5f;
@@ -106,23 +109,24 @@ class SlabRectangle {
     }
   }
 
-  /// Extends both sides by the smallest equal step that includes a point beyond them by dx and dy.
-  /// The step is the smaller root g of (dx - g)^2 + (dy - g)^2 = w^2.
-  ADAPTIVE_BVH_INLINE void addCorner(const Points& at) {
-    const P none{};
-    const P dx = packs::upper<P>(low[0] - at.x, at.x - high[0]),
-            dy = packs::upper<P>(low[1] - at.y, at.y - high[1]), w2 = squaredHalfChord(at.z);
-    const auto is_beyond = (dx > none) & (dy > none) & (dx * dx + dy * dy > w2);
+  /// For a point beyond two sides by dx and dy: both sides must grow by at least the smallest equal
+  /// step that includes the point, the smaller root g of (dx - g)^2 + (dy - g)^2 = w^2.
+  ADAPTIVE_BVH_INLINE void addCorner(const Points& p) {
+    const P zero{};
+    const P dx = packs::upper<P>(low[0] - p.x, p.x - high[0]),
+            dy = packs::upper<P>(low[1] - p.y, p.y - high[1]), w2 = squaredHalfChord(p.z);
+    const auto is_beyond = (dx > zero) & (dy > zero) & (dx * dx + dy * dy > w2);
     if (!packs::inAny(is_beyond)) return;
     const P difference = dx - dy;
-    const P root = packs::squareRoot(packs::upper<P>(w2 + w2 - difference * difference, none));
-    const P step = is_beyond ? (dx + dy - root) * 0.5f : none;
-    const auto left = at.x < low[0], below = at.y < low[1];
-    growth_low_[0] = packs::upper<P>(growth_low_[0], left ? step : none);
-    growth_high_[0] = packs::upper<P>(growth_high_[0], left ? none : step);
-    growth_low_[1] = packs::upper<P>(growth_low_[1], below ? step : none);
-    growth_high_[1] = packs::upper<P>(growth_high_[1], below ? none : step);
+    const P root = packs::squareRoot(packs::upper<P>(w2 + w2 - difference * difference, zero));
+    const P step = is_beyond ? (dx + dy - root) * 0.5f : zero;
+    const auto is_left = p.x < low[0], is_below = p.y < low[1];
+    growth_low_[0] = packs::upper<P>(growth_low_[0], is_left ? step : zero);
+    growth_high_[0] = packs::upper<P>(growth_high_[0], is_left ? zero : step);
+    growth_low_[1] = packs::upper<P>(growth_low_[1], is_below ? step : zero);
+    growth_high_[1] = packs::upper<P>(growth_high_[1], is_below ? zero : step);
   }
+  /// Moves each end of the sides by the largest step that a point beyond it needs.
   ADAPTIVE_BVH_INLINE void finish() {
     for (int k = 0; k < 2; ++k) {
       low[k] -= growth_low_[k];
@@ -131,6 +135,7 @@ class SlabRectangle {
   }
 
   P middle = {}, radius = {};
+  /// The ends of the sides in x and y. Before the first point, low is far above high.
   P low[2] = {packs::filled<P>(kFar), packs::filled<P>(kFar)},
     high[2] = {packs::filled<P>(-kFar), packs::filled<P>(-kFar)};
 
@@ -138,15 +143,15 @@ class SlabRectangle {
   static constexpr float kFar = 1e30f;
 
   /// Sets all lanes to the minimum and maximum over all lanes.
-  ADAPTIVE_BVH_INLINE void putTogether() {
-    const auto far = Lanes<P>::largest(-low[0], -low[1], high[0], high[1]);
+  ADAPTIVE_BVH_INLINE void combineLanes() {
+    const auto ends = Lanes<P>::largest(-low[0], -low[1], high[0], high[1]);
     for (int k = 0; k < 2; ++k) {
-      low[k] = -far[k] - P{};
-      high[k] = far[k + 2] - P{};
+      low[k] = -ends[k] - P{};
+      high[k] = ends[k + 2] - P{};
     }
   }
 
-  /// The square of w for points at height z.
+  /// w^2 for points with this z.
   ADAPTIVE_BVH_INLINE P squaredHalfChord(const P& z) const {
     const P height = z - middle;
     return packs::upper<P>(radius * radius - height * height, P{});
@@ -155,25 +160,26 @@ class SlabRectangle {
   P growth_low_[2] = {}, growth_high_[2] = {};
 };
 
-/// The results of fits, one volume per lane, in the coordinates of the step.
+/// The results of fits, one volume per lane, in the coordinates of the points.
 template <typename P>
 struct BodyVolumes {
   Axes<P> axes;
-  Vectors<P> corner;  ///< first corner of the rectangle
-  P sides[2], radius;
+  Vectors<P> corner;   ///< of the rectangle: the lower ends of both sides
+  P sides[2], radius;  ///< lengths of the sides along the first two axes; radius of the sphere
   /// A box around the same points: its centre relative to `corner`, and its half sides, along the
   /// first two axes. Along the third axis it has the sphere's extent.
   P to_middle[2], half[2];
 
   BodyVolumes() = default;
-  /// The arguments are along the axes, relative to `first`: rectangles from `low` to `high` in the
-  /// planes z = `middle`, and boxes between two ends.
-  ADAPTIVE_BVH_INLINE BodyVolumes(const Axes<P>& along, const Vectors<P>& first, const P (&low)[2],
-                                  const P (&high)[2], const P& middle, const P& sphere,
-                                  const P (&box_low)[2], const P (&box_high)[2])
-      : axes(along),
-        corner(vectors::sum(first, along.combine(low[0], low[1], middle))),
-        radius(sphere) {
+  /// From components along the axes, relative to the point `origin`: a rectangle from `low` to
+  /// `high` in the plane z = `middle`, and a box from `box_low` to `box_high`.
+  ADAPTIVE_BVH_INLINE BodyVolumes(const Axes<P>& given_axes, const Vectors<P>& origin,
+                                  const P (&low)[2], const P (&high)[2], const P& middle,
+                                  const P& sphere_radius, const P (&box_low)[2],
+                                  const P (&box_high)[2])
+      : axes(given_axes),
+        corner(vectors::sum(origin, given_axes.combine(low[0], low[1], middle))),
+        radius(sphere_radius) {
     for (int k = 0; k < 2; ++k) {
       sides[k] = high[k] - low[k];
       to_middle[k] = (box_low[k] + box_high[k]) * 0.5f - low[k];
@@ -185,33 +191,32 @@ struct BodyVolumes {
   ADAPTIVE_BVH_INLINE P area() const { return sweptArea(sides[0], sides[1], radius); }
 };
 
-/// The coordinate ranges of some points.
+/// The coordinate ranges of some points, in each lane.
 template <typename P>
 struct PointRange {
   Vectors<P> low, high;
 
-  ADAPTIVE_BVH_INLINE void add(const Vectors<P>& at) {
-    low = {packs::lower<P>(low.x, at.x), packs::lower<P>(low.y, at.y),
-           packs::lower<P>(low.z, at.z)};
-    high = {packs::upper<P>(high.x, at.x), packs::upper<P>(high.y, at.y),
-            packs::upper<P>(high.z, at.z)};
+  ADAPTIVE_BVH_INLINE void add(const Vectors<P>& p) {
+    low = {packs::lower<P>(low.x, p.x), packs::lower<P>(low.y, p.y), packs::lower<P>(low.z, p.z)};
+    high = {packs::upper<P>(high.x, p.x), packs::upper<P>(high.y, p.y),
+            packs::upper<P>(high.z, p.z)};
   }
 };
 
-/// The volumes of sets of points along given axes. `along[k]` is the k-th point of each set, along
-/// the axes and relative to `first`.
+/// The volumes of sets of points along given axes. Lane i of `points[k]` is the k-th point of set
+/// i, as components along the axes relative to `origin`.
 template <typename P>
-ADAPTIVE_BVH_INLINE BodyVolumes<P> volumesAround(const Axes<P>& axes, const Vectors<P>& first,
-                                                 const Vectors<P>* along, int count) {
-  PointRange<P> range{along[0], along[0]};
-  for (int k = 1; k < count; ++k) range.add(along[k]);
+ADAPTIVE_BVH_INLINE BodyVolumes<P> volumesAround(const Axes<P>& axes, const Vectors<P>& origin,
+                                                 const Vectors<P>* points, int count) {
+  PointRange<P> range{points[0], points[0]};
+  for (int k = 1; k < count; ++k) range.add(points[k]);
   SlabRectangle<P> rectangle(range.low.z, range.high.z);
-  for (int k = 0; k < count; ++k) rectangle.add(along[k]);
+  for (int k = 0; k < count; ++k) rectangle.add(points[k]);
   rectangle.close();
-  for (int k = 0; k < count; ++k) rectangle.addCorner(along[k]);
+  for (int k = 0; k < count; ++k) rectangle.addCorner(points[k]);
   rectangle.finish();
   return {axes,
-          first,
+          origin,
           rectangle.low,
           rectangle.high,
           rectangle.middle,
@@ -220,9 +225,9 @@ ADAPTIVE_BVH_INLINE BodyVolumes<P> volumesAround(const Axes<P>& axes, const Vect
           {range.high.x, range.high.y}};
 }
 
-/// The volumes of triangles: the rectangle on the longest edge, whose area is twice the triangle's,
-/// the least possible. A needle's axes are inaccurate, so the height that they leave is measured as
-/// well.
+/// The volumes of triangles pqr: the rectangle on the longest edge, whose area is twice the
+/// triangle's, the least possible. The axes of a needle are inaccurate, so that the apex may lie
+/// outside the plane of the rectangle: half its height becomes the radius.
 template <typename P>
 ADAPTIVE_BVH_INLINE BodyVolumes<P> triangleVolumes(const Vectors<P>& p, const Vectors<P>& q,
                                                    const Vectors<P>& r) {
@@ -230,18 +235,20 @@ ADAPTIVE_BVH_INLINE BodyVolumes<P> triangleVolumes(const Vectors<P>& p, const Ve
   using vectors::dot;
   using vectors::select;
   const Vectors<P> pq = difference(q, p), qr = difference(r, q), rp = difference(p, r);
-  const P squares = dot(pq, pq), squares1 = dot(qr, qr), squares2 = dot(rp, rp);
-  const auto second = squares1 > squares, third = squares2 > packs::upper<P>(squares, squares1);
-  const Vectors<P> along = select(third, rp, select(second, qr, pq));
-  const Vectors<P> back = select(third, qr, select(second, pq, rp));  // to the beginning of `along`
+  const P squares_pq = dot(pq, pq), squares_qr = dot(qr, qr), squares_rp = dot(rp, rp);
+  const auto qr_beats_pq = squares_qr > squares_pq,
+             rp_is_longest = squares_rp > packs::upper<P>(squares_pq, squares_qr);
+  const Vectors<P> base = select(rp_is_longest, rp, select(qr_beats_pq, qr, pq));
+  // The edge that leads from the apex to the beginning of the base.
+  const Vectors<P> back = select(rp_is_longest, qr, select(qr_beats_pq, pq, rp));
   const Vectors<P> apex = {-back.x, -back.y, -back.z};
-  const Axes<P> axes = axesAlong(along, apex);
-  PointRange<P> range{};
-  range.add(axes.components(along));
+  const Axes<P> axes = axesAlong(base, apex);
+  PointRange<P> range{};  // relative to the beginning of the base
+  range.add(axes.components(base));
   range.add(axes.components(apex));
   const P low[2] = {range.low.x, range.low.y}, high[2] = {range.high.x, range.high.y};
   return {axes,
-          select(third, r, select(second, q, p)),
+          select(rp_is_longest, r, select(qr_beats_pq, q, p)),
           low,
           high,
           (range.low.z + range.high.z) * 0.5f,
@@ -258,36 +265,36 @@ ADAPTIVE_BVH_INLINE BodyVolumes<P> quadVolumes(const Vectors<P>& a, const Vector
                                                const Vectors<P>& c, const Vectors<P>& d) {
   using vectors::difference;
   constexpr float kTiny = 1e-30f;
-  const P none{};
+  const P zero{};
   const Axes<P> axes = axesAlong(difference(b, a), difference(d, c));
   // The corners in cyclic order, relative to a.
-  Vectors<P> around[4] = {{none, none, none},
-                          axes.components(difference(c, a)),
-                          axes.components(difference(b, a)),
-                          axes.components(difference(d, a))};
-  P least = packs::filled<P>(1e30f), cosine = packs::filled<P>(1), sine = none;
+  Vectors<P> corners[4] = {{zero, zero, zero},
+                           axes.components(difference(c, a)),
+                           axes.components(difference(b, a)),
+                           axes.components(difference(d, a))};
+  P least_area = packs::filled<P>(1e30f), cosine = packs::filled<P>(1), sine = zero;
   for (int i = 0; i < 4; ++i) {
-    const Vectors<P> edge = difference(around[(i + 1) % 4], around[i]);
-    P low_x = none, high_x = none, low_y = none, high_y = none;  // starting with a
+    const Vectors<P> edge = difference(corners[(i + 1) % 4], corners[i]);
+    P low_x = zero, high_x = zero, low_y = zero, high_y = zero;  // starting with a
     for (int k = 1; k < 4; ++k) {  // along the edge and perpendicular to it, times its length
-      const P forth = edge.x * around[k].x + edge.y * around[k].y,
-              across = edge.x * around[k].y - edge.y * around[k].x;
-      low_x = packs::lower<P>(low_x, forth);
-      high_x = packs::upper<P>(high_x, forth);
+      const P along = edge.x * corners[k].x + edge.y * corners[k].y,
+              across = edge.x * corners[k].y - edge.y * corners[k].x;
+      low_x = packs::lower<P>(low_x, along);
+      high_x = packs::upper<P>(high_x, along);
       low_y = packs::lower<P>(low_y, across);
       high_y = packs::upper<P>(high_y, across);
     }
     const P squares = edge.x * edge.x + edge.y * edge.y, scale = 1 / packs::squareRoot(squares);
     const P area = (high_x - low_x) * (high_y - low_y) * scale * scale;
-    const auto is_better = (squares > kTiny) & (area < least);
-    least = is_better ? area : least;
+    const auto is_better = (squares > kTiny) & (area < least_area);
+    least_area = is_better ? area : least_area;
     cosine = is_better ? edge.x * scale : cosine;
     sine = is_better ? edge.y * scale : sine;
   }
-  for (int k = 1; k < 4; ++k)
-    around[k] = {around[k].x * cosine + around[k].y * sine,
-                 around[k].y * cosine - around[k].x * sine, around[k].z};
-  return volumesAround(axes.turned(cosine, sine), a, around, 4);
+  for (int k = 1; k < 4; ++k)  // to the axes along the best edge
+    corners[k] = {corners[k].x * cosine + corners[k].y * sine,
+                  corners[k].y * cosine - corners[k].x * sine, corners[k].z};
+  return volumesAround(axes.turned(cosine, sine), a, corners, 4);
 }
 
 }  // namespace adaptive_bvh

@@ -1,4 +1,4 @@
-// Compiled for AVX2, and called only if the processor supports it: see fit_kernels.h.
+// FitKernels with eight lanes. Called only if the processor has AVX2: see fit_kernels.h.
 #ifdef __AVX2__
 #include "thesis/volumes/fit_kernels.h"
 
@@ -6,6 +6,7 @@ namespace adaptive_bvh {
 
 using Float8 = float __attribute__((vector_size(32)));
 
+/// See Lanes<Float4> in body_volumes.h.
 template <>
 struct Lanes<Float8> {
   static constexpr int kCount = 8;
@@ -43,7 +44,7 @@ struct Lanes<Float8> {
   }
 };
 
-const FitFunctions& fitFunctionsWithAvx2();
+const FitFunctions& fitFunctionsWithAvx2();  // declared again in body_fit.cpp, which calls it
 const FitFunctions& fitFunctionsWithAvx2() { return FitKernels<Float8>::kFunctions; }
 
 }  // namespace adaptive_bvh

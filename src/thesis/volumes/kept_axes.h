@@ -7,8 +7,8 @@
 
 #include "base/vectors.h"
 
-// Also compiled for AVX2: see thesis/volumes/fit_kernels.h.
-
+// Axes of bounding volumes in packs (one frame per lane), and in the form in which a node stores
+// them between refits (KeptAxes). Also compiled for AVX2: see thesis/volumes/fit_kernels.h.
 namespace adaptive_bvh {
 
 namespace packs {
@@ -37,7 +37,7 @@ template <typename P>
 struct Axes {
   Vectors<P> x, y, z;
 
-  /// The vectors that have these components along the axes.
+  /// The vectors that have the components a, b and c along the axes.
   ADAPTIVE_BVH_INLINE Vectors<P> combine(const P& a, const P& b, const P& c) const {
     return {x.x * a + y.x * b + z.x * c, x.y * a + y.y * b + z.y * c, x.z * a + y.z * b + z.z * c};
   }
@@ -45,6 +45,7 @@ struct Axes {
   ADAPTIVE_BVH_INLINE Vectors<P> components(const Vectors<P>& v) const {
     return {vectors::dot(x, v), vectors::dot(y, v), vectors::dot(z, v)};
   }
+  /// The components of other axes along these: the rotation from these to the others.
   ADAPTIVE_BVH_INLINE Axes components(const Axes& other) const {
     return {components(other.x), components(other.y), components(other.z)};
   }
@@ -54,7 +55,7 @@ struct Axes {
             combine(components.y.x, components.y.y, components.y.z),
             combine(components.z.x, components.z.y, components.z.z)};
   }
-  /// The axes rotated in the planes of x and y, by angles given as unit vectors.
+  /// The axes rotated about z by angles with these cosines and sines.
   ADAPTIVE_BVH_INLINE Axes turned(const P& cosine, const P& sine) const {
     return {vectors::sum(vectors::scaled(x, cosine), vectors::scaled(y, sine)),
             vectors::difference(vectors::scaled(y, cosine), vectors::scaled(x, sine)), z};
@@ -71,32 +72,33 @@ ADAPTIVE_BVH_INLINE Vectors<P> select(const Mask& mask, const Vectors<P>& a, con
 
 }  // namespace vectors
 
-/// Unit vectors orthogonal to given unit vectors.
+/// Unit vectors orthogonal to unit vectors: products with x or y, whichever is far from parallel.
 template <typename P>
 ADAPTIVE_BVH_INLINE Vectors<P> anyOrthogonal(const Vectors<P>& x) {
-  const P one = packs::filled<P>(1), none{};
-  const auto leans = packs::absolute<P>(x.x) < 0.6f;
+  const P one = packs::filled<P>(1), zero{};
+  const auto use_x = packs::absolute<P>(x.x) < 0.6f;
   const Vectors<P> across =
-      vectors::cross(x, Vectors<P>{leans ? one : none, leans ? none : one, none});
+      vectors::cross(x, Vectors<P>{use_x ? one : zero, use_x ? zero : one, zero});
   return vectors::scaled<P>(across, one / packs::squareRoot(vectors::dot(across, across)));
 }
 
 /// Right-handed axes, the first along a, the third orthogonal to a and b; arbitrary where a and b
-/// do not determine them. Orthonormal up to 28 units of roundoff, even if a and b are nearly
-/// parallel, where their product is inaccurate, and with it the length of the second axis.
-/// docs/bounds.md, 11.
+/// do not determine them. Orthonormal up to 28 units of roundoff: if a and b are nearly parallel,
+/// their product is inaccurate, and so is the length of the second axis, which is therefore
+/// normalized again. docs/bounds.md, 11.
 template <typename P>
 ADAPTIVE_BVH_INLINE Axes<P> axesAlong(const Vectors<P>& a, const Vectors<P>& b) {
-  // Squares above kTiny are not affected by underflow.
+  // Squares above kTiny are not affected by underflow. If the square of the second axis is below 1
+  // by more than kNoise, rounding errors are a large part of the product of a and b.
   using Number = packs::Number<P>;
   constexpr Number kTiny = static_cast<Number>(sizeof(Number) == 4 ? 1e-36 : 1e-300);
   constexpr Number kNoise = Number(0.005f);
-  const P one = packs::filled<P>(1), none{};
+  const P one = packs::filled<P>(1), zero{};
   const P squares = vectors::dot(a, a);
   const auto is_vector = squares > kTiny;
   Axes<P> axes;
   axes.x = vectors::select(is_vector, vectors::scaled<P>(a, one / packs::squareRoot(squares)),
-                           Vectors<P>{one, none, none});
+                           Vectors<P>{one, zero, zero});
   const Vectors<P> normal = vectors::cross(axes.x, b);
   const P squares_of_normal = vectors::dot(normal, normal);
   axes.y = vectors::cross(vectors::scaled<P>(normal, one / packs::squareRoot(squares_of_normal)),
@@ -114,22 +116,24 @@ ADAPTIVE_BVH_INLINE Axes<P> axesAlong(const Vectors<P>& a, const Vectors<P>& b) 
 class PackedRotation {
  public:
   PackedRotation() = default;
-  /// Columns of a rotation matrix.
+  /// From the columns of a rotation matrix.
   PackedRotation(const float (&x)[3], const float (&y)[3], const float (&z)[3]);
 
+  /// The quaternion (x, y, z, w); its length differs slightly from 1.
   ADAPTIVE_BVH_INLINE Float4 quaternion() const {
     return Float4{float(numbers_[0]), float(numbers_[1]), float(numbers_[2]), float(numbers_[3])} *
            (1.f / kOne);
   }
 
  private:
-  static constexpr int kOne = 32767;
+  static constexpr int kOne = 32767;  ///< stands for the number 1
 
-  std::int16_t numbers_[4] = {0, 0, 0, kOne};
+  std::int16_t numbers_[4] = {0, 0, 0, kOne};  ///< x, y, z, w; initially the identity
 };
 
-/// Rotations from quaternions, whose lengths differ slightly from 1 because their numbers were
-/// rounded: one step of Newton's method corrects that.
+/// The rotations of quaternions i, j, k, r (r is the real part), as the axes that they make of the
+/// coordinate axes. The lengths of the quaternions differ slightly from 1, because their numbers
+/// were rounded: one step of Newton's method corrects that.
 template <typename P>
 ADAPTIVE_BVH_INLINE Axes<P> rotations(const P& i, const P& j, const P& k, const P& r) {
   const P scale = 1.5f - 0.5f * (i * i + j * j + k * k + r * r);
@@ -145,14 +149,15 @@ ADAPTIVE_BVH_INLINE Axes<P> rotations(const P& i, const P& j, const P& k, const 
 /// The data about an inner node that refits need.
 struct KeptAxes {
   std::uint64_t slots = 0;  ///< vertices below the node, as VertexSlots::Set::bits
-  /// The axes chosen for the node's volume, relative to a frame spanned by three of its vertices,
-  /// so that they rotate with the node; and the surface area of the volume then.
+  /// The axes last chosen for the node's volume, relative to a frame spanned by three of its
+  /// vertices (FitKernels::nodeFrames), so that they rotate with the node.
   PackedRotation rotation;
-  float area = 0;
+  float area = 0;  ///< surface area of the volume when its axes were chosen, in body units
   /// For two triangles with a common edge, instead of axes: the ends of the edge and the two other
   /// corners, as offsets in the block of slots. Four equal offsets for other nodes.
   std::uint8_t quad[4] = {0, 0, 0, 0};
 
+  /// Whether the node consists of two triangles with a common edge.
   bool isQuad() const { return quad[0] != quad[1]; }
 };
 

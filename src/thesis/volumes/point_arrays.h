@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <limits>
@@ -10,17 +9,19 @@
 
 #include "thesis/volumes/body_volumes.h"
 
+// Arrays of points, for fits in the model's precision and for the choice of axes (swept_fit.h).
 namespace adaptive_bvh {
 
+/// The operations of Lanes<Float4> (body_volumes.h) that such fits use, for double precision.
 template <>
 struct Lanes<Pack<double>> {
   static constexpr int kCount = 2;
 
-  /// The largest element of each.
   struct Four {
-    double of[4];
-    double operator[](int k) const { return of[k]; }
+    double numbers[4];
+    double operator[](int k) const { return numbers[k]; }
   };
+  /// The largest number of each pack.
   ADAPTIVE_BVH_INLINE static Four largest(const Pack<double>& a, const Pack<double>& b,
                                           const Pack<double>& c, const Pack<double>& d) {
     return {packs::largest(a), packs::largest(b), packs::largest(c), packs::largest(d)};
@@ -50,7 +51,7 @@ class PointArrays {
       for (auto& numbers : numbers_) numbers[i] = numbers[0];
   }
 
-  /// Copies every `stride`-th of some points.
+  /// Becomes every `stride`-th of `points`.
   void assign(const PointArrays& points, std::size_t stride) {
     clear();
     for (std::size_t i = 0; i < points.size(); i += stride) {
@@ -59,19 +60,19 @@ class PointArrays {
     }
     fillUp();
   }
-  /// Computes the components of some points along axes, relative to the first point.
+  /// Becomes the components of `points` along axes, relative to the first point.
   void assign(const PointArrays& points, const Axes<Pack<S>>& axes) {
     if (numbers_[0].size() < points.size()) makeRoom((points.size() / kGranule + 1) * kGranule);
     size_ = points.size();
     const Vectors<Pack<S>> first = points.first();
-    points.forEachPack([&](std::size_t i, const Vectors<Pack<S>>& at) {
-      put(i, axes.components(vectors::difference(at, first)));
+    points.forEachPack([&](std::size_t i, const Vectors<Pack<S>>& p) {
+      put(i, axes.components(vectors::difference(p, first)));
     });
   }
-  /// Rotates the first two axes in their plane, by an angle given as a unit vector.
+  /// Changes to the components along axes that are rotated about z by an angle.
   void turn(S cosine, S sine) {
-    forEachPack([&](std::size_t i, const Vectors<Pack<S>>& at) {
-      put(i, {cosine * at.x + sine * at.y, cosine * at.y - sine * at.x, at.z});
+    forEachPack([&](std::size_t i, const Vectors<Pack<S>>& p) {
+      put(i, {cosine * p.x + sine * p.y, cosine * p.y - sine * p.x, p.z});
     });
   }
 
@@ -93,18 +94,19 @@ class PointArrays {
   }
 
  private:
-  static constexpr std::size_t kGranule = 64;  // a multiple of the pack's size
+  static constexpr std::size_t kGranule = 64;  ///< unit of growth, a multiple of the pack's size
   void makeRoom(std::size_t points) {
     for (auto& numbers : numbers_) numbers.resize(points);
   }
-  ADAPTIVE_BVH_INLINE void put(std::size_t i, const Vectors<Pack<S>>& at) {
-    packs::store<S>(at.x, &numbers_[0][i]);
-    packs::store<S>(at.y, &numbers_[1][i]);
-    packs::store<S>(at.z, &numbers_[2][i]);
+  /// Sets the pack of points from i on.
+  ADAPTIVE_BVH_INLINE void put(std::size_t i, const Vectors<Pack<S>>& p) {
+    packs::store<S>(p.x, &numbers_[0][i]);
+    packs::store<S>(p.y, &numbers_[1][i]);
+    packs::store<S>(p.z, &numbers_[2][i]);
   }
 
-  std::array<std::vector<S>, 3> numbers_;
-  std::size_t size_ = 0;
+  std::array<std::vector<S>, 3> numbers_;  ///< x, y and z; longer than `size_`
+  std::size_t size_ = 0;                   ///< number of points
 };
 
 /// The smallest and the largest of many numbers.

@@ -8,13 +8,13 @@
 #include "thesis/volumes/body_volumes.h"
 #include "thesis/volumes/point_arrays.h"
 
+// Fits of a rectangle-swept sphere to many points: the choice of its axes (bestAxes), and of its
+// rectangle and sphere along given axes (shapeAlong). Both choose the least surface area found.
+// Rounding errors here cost tightness, never containment: a volume in the model's precision
+// measures its radius afterwards, and one in single precision is enlarged (docs/bounds.md, 11).
 namespace adaptive_bvh {
 
-/// Fits of many points: the choice of axes, and of a rectangle with a sphere along given axes.
-/// Rounding errors here cost tightness, never containment: a volume in the model's precision
-/// measures its radius afterwards, and one in single precision is enlarged (docs/bounds.md, 11).
-
-/// Repeats a vector in every lane.
+/// A vector repeated in every lane.
 template <typename S>
 Vectors<Pack<S>> inAllLanes(const fcl::Vector3<S>& v) {
   return {packs::all<S>(v[0]), packs::all<S>(v[1]), packs::all<S>(v[2])};
@@ -26,8 +26,8 @@ template <typename S>
 fcl::Matrix3<S> scaledCovariance(const PointArrays<S>& points) {
   const Vectors<Pack<S>> first = points.first();
   Pack<S> x{}, y{}, z{}, xx{}, xy{}, xz{}, yy{}, yz{}, zz{};
-  points.forEachPack([&](std::size_t, const Vectors<Pack<S>>& at) {
-    const Vectors<Pack<S>> p = vectors::difference(at, first);
+  points.forEachPack([&](std::size_t, const Vectors<Pack<S>>& point) {
+    const Vectors<Pack<S>> p = vectors::difference(point, first);
     x += p.x;
     y += p.y;
     z += p.z;
@@ -51,7 +51,8 @@ fcl::Matrix3<S> scaledCovariance(const PointArrays<S>& points) {
   return covariance;
 }
 
-/// A unit vector in the kernel of m, a symmetric matrix of rank 2: it is orthogonal to all rows.
+/// A unit vector in the kernel of m, a symmetric matrix of rank 2. It is orthogonal to all columns,
+/// so it is the cross product of two of them; the longest of the three products is most accurate.
 template <typename S>
 fcl::Vector3<S> kernelOf(const fcl::Matrix3<S>& m) {
   using Point = fcl::Vector3<S>;
@@ -70,10 +71,10 @@ fcl::Vector3<S> kernelOf(const fcl::Matrix3<S>& m) {
 /// symmetric matrix with numbers of about 1.
 ///
 /// After subtracting the mean of the eigenvalues and dividing by their spread, the eigenvalue
-/// farthest from the others is the root t in [sqrt(3), 2] of t^3 - 3 t = 2 |r|, where r is half the
-/// determinant (Smith 1961). It is found by Newton's method from a parabola with an error of 0.002,
-/// which two steps reduce to 1e-11. Perpendicular to its eigenvector, the remaining problem is
-/// two-dimensional.
+/// farthest from the others, with the sign of r, has the size t, the root in [sqrt(3), 2] of t^3 -
+/// 3 t = 2 |r|, where r is half the determinant (Smith 1961). It is found by Newton's method from a
+/// parabola with an error of 0.002, which two steps reduce to 1e-11. Perpendicular to its
+/// eigenvector (`pole`), the remaining problem is two-dimensional.
 template <typename S>
 void principalDirections(const fcl::Matrix3<S>& matrix, fcl::Vector3<S>& first,
                          fcl::Vector3<S>& second) {
@@ -91,7 +92,8 @@ void principalDirections(const fcl::Matrix3<S>& matrix, fcl::Vector3<S>& first,
   for (int step = 0; step < 2; ++step) t = 2 * (t * t * t + r_size) / (3 * (t * t - 1));
   m.diagonal().array() -= std::copysign(t * spread, r);
 
-  // u and v have equal lengths, which suffices to determine the angle between them and the axes.
+  // u, v and pole are orthogonal. u and v have equal lengths, so within their plane the matrix has
+  // the entries u.mu, u.mv and v.mv up to a factor, which does not change its directions.
   const Point pole = kernelOf(m);
   const Point u =
       std::abs(pole[2]) < S(0.8) ? Point(-pole[1], pole[0], 0) : Point(0, -pole[2], pole[1]);
@@ -100,8 +102,7 @@ void principalDirections(const fcl::Matrix3<S>& matrix, fcl::Vector3<S>& first,
   const S cross = u.dot(mv), half = (u.dot(m * u) - v.dot(mv)) / 2;
   const S root = std::sqrt(half * half + cross * cross);
   // If the eigenvalues differ only by rounding errors (a square), u and v are the axes. So equal
-  // shapes with the same orientation get equal axes, and boxes along these are tight around each
-  // other.
+  // shapes with the same orientation get equal axes, and their boxes are tight.
   constexpr S kNoise = 256 * rounding::epsilon<S>();
   const Point larger = !(root > kNoise) ? u
                        : half > 0       ? Point(u * (half + root) + v * cross)
@@ -121,7 +122,7 @@ Axes<Pack<S>> principalAxes(const PointArrays<S>& points) {
   return axesAlong(inAllLanes<S>(covariance * first), inAllLanes<S>(covariance * second));
 }
 
-/// A unit direction in the plane of the rectangle.
+/// A unit vector in the plane of the rectangle: the direction of one side.
 template <typename S>
 struct Direction {
   S x = 1, y = 0;
@@ -134,24 +135,25 @@ struct Direction {
   /// The area of the points' bounding rectangle with this direction.
   S boundingArea(const PointArrays<S>& points) const {
     Extent<S> along, across;
-    points.forEachPack([&](std::size_t, const Vectors<Pack<S>>& at) {
-      along.add(x * at.x + y * at.y);
-      across.add(x * at.y - y * at.x);
+    points.forEachPack([&](std::size_t, const Vectors<Pack<S>>& p) {
+      along.add(x * p.x + y * p.y);
+      across.add(x * p.y - y * p.x);
     });
     return along.length() * across.length();
   }
 };
 
+/// The direction whose bounding rectangle has the least area among those tried, beginning with x.
 template <typename S>
 struct LeastRectangle {
-  explicit LeastRectangle(const PointArrays<S>& around)
-      : points(around), area(direction.boundingArea(around)) {}
+  explicit LeastRectangle(const PointArrays<S>& enclosed)
+      : points(enclosed), area(direction.boundingArea(enclosed)) {}
 
-  void attempt(const Direction<S>& d) {
-    const S a = d.boundingArea(points);
-    if (!(a < area)) return;
-    area = a;
-    direction = d;
+  void attempt(const Direction<S>& other) {
+    const S other_area = other.boundingArea(points);
+    if (!(other_area < area)) return;
+    area = other_area;
+    direction = other;
   }
 
   const PointArrays<S>& points;
@@ -159,10 +161,11 @@ struct LeastRectangle {
   S area;
 };
 
-/// The direction of the least bounding rectangle, or nearly. Principal axes do not determine it for
-/// a square, and mislead for an L shape. The least rectangle has a side along two of the points:
-/// for up to four points all pairs are tried. For more points, four directions are tried, and the
-/// best one is refined by halving the angle.
+/// The direction of the least bounding rectangle of the points' x and y, or nearly. Principal axes
+/// do not determine it for a square, and mislead for an L shape. A side of the least rectangle
+/// passes through two of the points: for up to four points all pairs are tried. For more points,
+/// four directions 22.5 degrees apart are tried, and the best one is refined by steps of half and
+/// of a quarter of that angle.
 template <typename S>
 Direction<S> bestDirection(const PointArrays<S>& points) {
   LeastRectangle<S> least(points);
@@ -195,11 +198,12 @@ template <typename S>
 struct Shape {
   Direction<S> side;
   SlabRectangle<Pack<S>> slab;
-  S area = std::numeric_limits<S>::infinity();
+  S area = std::numeric_limits<S>::infinity();  ///< surface area of the volume
 };
 
-/// Keeps the better of a shape and the shape with the sphere that spans [low, high]. Returns half
-/// the circumference of the latter's rectangle without corners, which only increase the area.
+/// Replaces `best` by the shape whose side has this direction and whose sphere spans [low, high] in
+/// z, if that has less area; `turned` are the points along that side. Returns the sum of both sides
+/// of that shape before its corners are enclosed, which increases the area.
 template <typename S>
 S attempt(Shape<S>& best, const PointArrays<S>& turned, const Direction<S>& side, S low, S high) {
   SlabRectangle<Pack<S>> slab(packs::all(low), packs::all(high));
@@ -213,17 +217,19 @@ S attempt(Shape<S>& best, const PointArrays<S>& turned, const Direction<S>& side
   return sides;
 }
 
+/// The range of the points' z.
 template <typename S>
 Extent<S> heights(const PointArrays<S>& points) {
   Extent<S> z;
-  points.forEachPack([&](std::size_t, const Vectors<Pack<S>>& at) { z.add(at.z); });
+  points.forEachPack([&](std::size_t, const Vectors<Pack<S>>& p) { z.add(p.z); });
   return z;
 }
 
-/// Keeps the best shape with a given side; `turned` are the points along that side. A sphere of
-/// half the thickness is the smallest possible, but not always the best: over a dome, a larger
-/// sphere lets the rectangle end far inside the rim. Returns false for a set so flat that this
-/// cannot matter.
+/// Replaces `best` by the best shape whose side has this direction, if that has less area; `turned`
+/// are the points along that side. A sphere of half the thickness is the smallest possible, but not
+/// always the best: over a dome, a larger sphere lets the rectangle end far inside the rim. So two
+/// larger ones are tried as well, unless the points are too flat for that to matter. Returns
+/// whether they were tried.
 template <typename S>
 bool improve(Shape<S>& best, const PointArrays<S>& turned, const Direction<S>& side) {
   const Extent<S> z = heights(turned);
@@ -236,33 +242,35 @@ bool improve(Shape<S>& best, const PointArrays<S>& turned, const Direction<S>& s
   return thick;
 }
 
-/// The points used for decisions: all points, or an even selection.
+/// The points on which decisions are made: all points, or at most 64 of them, stored in `sample`.
 template <typename S>
-const PointArrays<S>& judges(const PointArrays<S>& points, PointArrays<S>& few) {
-  constexpr std::size_t kJudges = 64;
-  if (points.size() <= kJudges) return points;
-  few.assign(points, (points.size() + kJudges - 1) / kJudges);
-  return few;
+const PointArrays<S>& sampleOf(const PointArrays<S>& points, PointArrays<S>& sample) {
+  constexpr std::size_t kSamples = 64;
+  if (points.size() <= kSamples) return points;
+  sample.assign(points, (points.size() + kSamples - 1) / kSamples);
+  return sample;
 }
 
 /// Work space of a fit.
 template <typename S>
 struct FitMemory {
-  PointArrays<S> few, local;
+  PointArrays<S> sample;  ///< see sampleOf
+  PointArrays<S> local;   ///< points along the axes of the fit
 };
 
-/// The best axes found: the normal is the direction of least variance, and the sides are chosen on
-/// a few points.
+/// The best axes found: the normal z is the direction of least variance, and the sides are chosen
+/// on a sample of the points.
 template <typename S>
 Axes<Pack<S>> bestAxes(const PointArrays<S>& points, FitMemory<S>& memory) {
   PointArrays<S>& local = memory.local;
   const Axes<Pack<S>> axes = principalAxes(points);
-  local.assign(judges(points, memory.few), axes);
+  local.assign(sampleOf(points, memory.sample), axes);
   Shape<S> shape;
   const Direction<S> side = bestDirection(local);
   if (side.y == 0) return axes;
   local.turn(side.x, side.y);
   if (improve(shape, local, side)) {
+    // The least rectangle of a thick set may not give the least volume: try another side, too.
     local.turn(side.x, -side.y);
     improve(shape, local, Direction<S>());
   }
@@ -270,16 +278,17 @@ Axes<Pack<S>> bestAxes(const PointArrays<S>& points, FitMemory<S>& memory) {
 }
 
 /// The rectangle and the sphere along given axes, relative to the first point. The sphere is chosen
-/// on a few points; then all points are enclosed.
+/// on a sample of the points; then it is enlarged to span the heights of all points, and the
+/// rectangle is computed for all points.
 template <typename S>
 SlabRectangle<Pack<S>> shapeAlong(const Axes<Pack<S>>& axes, const PointArrays<S>& points,
                                   FitMemory<S>& memory) {
   PointArrays<S>& local = memory.local;
   Shape<S> shape;
-  const PointArrays<S>& deciding = judges(points, memory.few);
-  local.assign(deciding, axes);
+  const PointArrays<S>& sample = sampleOf(points, memory.sample);
+  local.assign(sample, axes);
   improve(shape, local, Direction<S>());
-  if (&deciding == &points) return shape.slab;
+  if (&sample == &points) return shape.slab;
   local.assign(points, axes);
   const Extent<S> z = heights(local);
   const S middle = shape.slab.middle[0],

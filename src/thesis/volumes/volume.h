@@ -19,8 +19,8 @@
 
 namespace adaptive_bvh {
 
-/// The operations on one type of bounding volume. All other code uses only these, so a new type of
-/// volume is a new specialization.
+/// The operations on one type of bounding volume. All other code uses only these, so a new type is
+/// a new specialization.
 template <typename BV>
 struct Volume;
 
@@ -33,11 +33,12 @@ struct Volume<fcl::RSS<S_>> {
   using Point = fcl::Vector3<S>;
 
   static S radius(const BV& bv) { return bv.r; }
+  /// A matrix whose columns are the axes; the third is the rectangle's normal.
   static const fcl::Matrix3<S>& axes(const BV& bv) { return bv.axis; }
+  /// The shorter side of the rectangle.
   static S smallestSide(const BV& bv) { return std::min(bv.l[0], bv.l[1]); }
   static Point center(const BV& bv) { return bv.center(); }
-  /// The diameter of the volume.
-  static S length(const BV& bv) { return bv.size(); }
+  static S length(const BV& bv) { return bv.size(); }  ///< the diameter of the volume
 
   /// Translates the volume and enlarges it on all sides; the rounding error is at most epsilon
   /// times `cornerSum` of the result.
@@ -56,7 +57,8 @@ struct Volume<fcl::RSS<S_>> {
     __builtin_prefetch(bv.To.data(), 1);
     __builtin_prefetch(&bv.r, 1);
   }
-  /// An upper bound of |x| + |y| + |z| of the corner, the radius, and the sides.
+  /// |x| + |y| + |z| of the rectangle's corner To, plus the radius and both sides. Rounding errors
+  /// of moving the volume are proportional to it.
   static S cornerSum(const BV& bv) { return bv.To.template lpNorm<1>() + bv.r + bv.l[0] + bv.l[1]; }
   /// An upper bound of |x| + |y| + |z| over all points of the volume.
   static S coordinateSum(const BV& bv) {
@@ -66,7 +68,7 @@ struct Volume<fcl::RSS<S_>> {
   /// The volume as the set of points within a radius of a parallelogram. Along a unit vector u it
   /// extends |u half[0]| + |u half[1]| + radius from `middle`.
   struct SweptParallelogram {
-    Point half[2];  ///< half of its sides
+    Point half[2];  ///< half of the vectors along its sides
     Point middle;
     S radius;
   };
@@ -105,12 +107,11 @@ struct Volume<fcl::RSS<S_>> {
 
   /// Fits a volume to `count` >= 1 primitives; tight, but not minimal. It encloses every position
   /// in exact arithmetic. Allocates only when a thread's fits grow in size. `Primitive` is
-  /// unsigned, a primitive's index, or the VertexIndices of a primitive.
+  /// unsigned (a primitive's index in the mesh) or VertexIndices (the primitive's vertices).
   template <typename Primitive>
   static BV fit(const MeshView<S>& mesh, const Primitive* primitives, int count);
 
-  /// Whether the volume includes a box.
-  static constexpr bool kHasBox = false;
+  static constexpr bool kHasBox = false;  ///< whether the type of volume also stores a box
 
   /// \name Measures of tightness, in double precision
   /// \{

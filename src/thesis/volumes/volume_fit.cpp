@@ -6,8 +6,9 @@
 #include "thesis/volumes/swept_fit.h"
 #include "thesis/volumes/volume.h"
 
-// Fits in the model's precision. Whatever axes and sides are chosen, the radius and the box are
-// measured afterwards.
+// Volume::fit: volumes around triangles, in the model's precision. Axes and rectangle are chosen
+// first (swept_fit.h), with rounding errors. Then the radius and the box are measured from the
+// result as it is stored, so they enclose the triangles whatever was chosen.
 namespace adaptive_bvh {
 namespace {
 
@@ -16,7 +17,7 @@ using Vector3 = fcl::Vector3<S>;
 template <typename S>
 using Matrix3 = fcl::Matrix3<S>;
 
-/// Repeats axes in every lane.
+/// The columns of a matrix as axes, the same in every lane.
 template <typename S>
 Axes<Pack<S>> axesOf(const Matrix3<S>& axes) {
   return {inAllLanes<S>(axes.col(0)), inAllLanes<S>(axes.col(1)), inAllLanes<S>(axes.col(2))};
@@ -30,20 +31,20 @@ S radiusFor(const fcl::RSS<S>& bv, S squared) {
   return distance + Volume<fcl::RSS<S>>::containmentError(bv, distance);
 }
 
-/// The square of the largest `distanceToRectangle`: the same arithmetic for many points at once, so
-/// that the same error bound applies.
+/// The square of the largest Volume::distanceToRectangle of the points. It has the same arithmetic,
+/// for several points at once, so that the same error bound applies.
 template <typename S>
 S squaredDistanceToRectangle(const fcl::RSS<S>& bv, const PointArrays<S>& points) {
   const Axes<Pack<S>> axes = axesOf(bv.axis);
-  const Vectors<Pack<S>> to = inAllLanes<S>(bv.To);
+  const Vectors<Pack<S>> corner = inAllLanes<S>(bv.To);
   const auto clamped = [](const Pack<S>& x, S length) -> Pack<S> {
     return packs::lower(packs::upper(x, Pack<S>{}), packs::all(length));
   };
   Pack<S> squared{};
-  points.forEachPack([&](std::size_t, const Vectors<Pack<S>>& at) {
+  points.forEachPack([&](std::size_t, const Vectors<Pack<S>>& p) {
     using vectors::difference;
     using vectors::scaled;
-    const Vectors<Pack<S>> v = difference(at, to);
+    const Vectors<Pack<S>> v = difference(p, corner);
     const Pack<S> x = clamped(vectors::dot(axes.x, v), bv.l[0]),
                   y = clamped(vectors::dot(axes.y, v), bv.l[1]);
     const Vectors<Pack<S>> w = difference(difference(v, scaled(axes.x, x)), scaled(axes.y, y));
@@ -52,17 +53,17 @@ S squaredDistanceToRectangle(const fcl::RSS<S>& bv, const PointArrays<S>& points
   return packs::largest(squared);
 }
 
-/// Converts a volume to an RSS without a radius.
+/// The rectangle of the volume in lane 0 as an RSS whose radius is not set.
 template <typename S>
-fcl::RSS<S> rssOf(const BodyVolumes<Pack<S>>& of) {
+fcl::RSS<S> rssOf(const BodyVolumes<Pack<S>>& volume) {
   const auto vector = [](const Vectors<Pack<S>>& v) -> Vector3<S> {
     return {v.x[0], v.y[0], v.z[0]};
   };
   fcl::RSS<S> bv;
-  bv.axis << vector(of.axes.x), vector(of.axes.y), vector(of.axes.z);
-  bv.To = vector(of.corner);
-  bv.l[0] = of.sides[0][0];
-  bv.l[1] = of.sides[1][0];
+  bv.axis << vector(volume.axes.x), vector(volume.axes.y), vector(volume.axes.z);
+  bv.To = vector(volume.corner);
+  bv.l[0] = volume.sides[0][0];
+  bv.l[1] = volume.sides[1][0];
   return bv;
 }
 
@@ -78,6 +79,7 @@ fcl::RSS<S> fitTriangle(const Vector3<S>& p0, const Vector3<S>& p1, const Vector
   return bv;
 }
 
+/// The vertices of a primitive, which is given by its index or by its vertices.
 template <typename S>
 VertexIndices cornersOf(const MeshView<S>& mesh, unsigned primitive) {
   return mesh.verticesOf(primitive);
@@ -92,11 +94,12 @@ const VertexIndices& cornersOf(const MeshView<S>&, const VertexIndices& primitiv
 /// faster, and better for the principal axes than counting it for every triangle (queries on the
 /// scenarios needed 5 % fewer volume tests).
 ///
-/// The arrays grow to the size of the thread's largest fit, which is the first fit of a build, the
+/// The arrays grow to the size of the thread's largest fit. In a build that is the first one, the
 /// root's; after that nothing is allocated.
 template <typename S>
 class Gathered {
  public:
+  /// The positions of all corners of some primitives, in both frames. Valid until the next call.
   template <typename Primitive>
   const PointArrays<S>& from(const MeshView<S>& mesh, const Primitive* primitives, int count) {
     points_.clear();
@@ -111,6 +114,7 @@ class Gathered {
   }
 
  private:
+  /// Whether this is the first call for vertex v in this fit.
   bool isNew(unsigned v) {
     if (v >= taken_in_.size()) taken_in_.resize(v + v / 2 + 1, 0);
     if (taken_in_[v] == fit_) return false;
@@ -119,8 +123,8 @@ class Gathered {
   }
 
   PointArrays<S> points_;
-  std::vector<std::uint64_t> taken_in_;  // by vertex: the last fit that included it
-  std::uint64_t fit_ = 0;
+  std::vector<std::uint64_t> taken_in_;  ///< by vertex: number of the last fit that included it
+  std::uint64_t fit_ = 0;                ///< number of the current fit
 };
 
 /// Orders the sides so that the first is the longer one: FCL's splitter divides along it.
@@ -161,10 +165,10 @@ fcl::RSS<S> fitRss(const MeshView<S>& mesh, const Primitive* primitives, int cou
 /// The centre of the points' bounding box along some axes.
 template <typename S>
 Vector3<S> middleAlong(const Matrix3<S>& axes, const PointArrays<S>& points) {
-  const Axes<Pack<S>> along = axesOf(axes);
+  const Axes<Pack<S>> axis_packs = axesOf(axes);
   Extent<S> x, y, z;
-  points.forEachPack([&](std::size_t, const Vectors<Pack<S>>& at) {
-    const Vectors<Pack<S>> c = along.components(vectors::difference(at, points.first()));
+  points.forEachPack([&](std::size_t, const Vectors<Pack<S>>& p) {
+    const Vectors<Pack<S>> c = axis_packs.components(vectors::difference(p, points.first()));
     x.add(c.x);
     y.add(c.y);
     z.add(c.z);
@@ -176,11 +180,11 @@ Vector3<S> middleAlong(const Matrix3<S>& axes, const PointArrays<S>& points) {
 template <typename S>
 Vector3<S> farthestAlong(const Matrix3<S>& axes, const Vector3<S>& middle,
                          const PointArrays<S>& points) {
-  const Axes<Pack<S>> along = axesOf(axes);
-  const Vectors<Pack<S>> from = inAllLanes<S>(middle);
+  const Axes<Pack<S>> axis_packs = axesOf(axes);
+  const Vectors<Pack<S>> middles = inAllLanes<S>(middle);
   Vectors<Pack<S>> far{};
-  points.forEachPack([&](std::size_t, const Vectors<Pack<S>>& at) {
-    const Vectors<Pack<S>> c = along.components(vectors::difference(at, from));
+  points.forEachPack([&](std::size_t, const Vectors<Pack<S>>& p) {
+    const Vectors<Pack<S>> c = axis_packs.components(vectors::difference(p, middles));
     far = {packs::upper(far.x, packs::absolute<Pack<S>>(c.x)),
            packs::upper(far.y, packs::absolute<Pack<S>>(c.y)),
            packs::upper(far.z, packs::absolute<Pack<S>>(c.z))};
@@ -188,8 +192,7 @@ Vector3<S> farthestAlong(const Matrix3<S>& axes, const Vector3<S>& middle,
   return {packs::largest(far.x), packs::largest(far.y), packs::largest(far.z)};
 }
 
-/// The box with these axes around points. Its extents are measured from the rounded centre, as a
-/// fit's radius is.
+/// The box with these axes around points. Its extents are measured from the stored, rounded centre.
 template <typename S>
 fcl::OBB<S> boxAround(const fcl::Matrix3<S>& axes, const PointArrays<S>& points) {
   fcl::OBB<S> box;
