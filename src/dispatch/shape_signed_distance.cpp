@@ -31,7 +31,7 @@ class ShapeTarget {
   explicit ShapeTarget(const Solid& shape) : shape_(shape) {}
 
   WitnessBound boundBy(const Witness& plane) const { return {plane}; }
-  double overBox(const WitnessBound& bound, const TurnedBox& box) const {
+  double overBox(const WitnessBound& bound, const OrientedBox& box) const {
     return bound(box.middle) + (bound.plane.n.transpose() * box.halves).cwiseAbs().sum();
   }
   void measure(DepthPoint<Witness>& point, const Witness&) const {
@@ -79,7 +79,7 @@ class ShapeSource {
   }
   template <typename Search>
   void openBox(int, int, Search&, int) const {}
-  TurnedBox boxOf(int, int) const { return {}; }
+  OrientedBox boxOf(int, int) const { return {}; }
 
   template <typename Point>
   Vector between(const Point& a, const Point& b, double share, std::uint8_t chart,

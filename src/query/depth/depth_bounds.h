@@ -26,7 +26,7 @@ struct DepthPoint {
 };
 
 /// A box that encloses part of a surface: its centre and half its sides, in the target's frame.
-struct TurnedBox {
+struct OrientedBox {
   fcl::Vector3d middle;
   fcl::Matrix3d halves;  ///< half sides, as columns
 

@@ -44,7 +44,7 @@ class MeshTarget {
     return WitnessBound(mesh_.pointsOf(unsigned(triangle)));
   }
   /// The largest value of a bound in a box: at a corner, because the bound is convex.
-  double overBox(const WitnessBound& bound, const TurnedBox& box) const {
+  double overBox(const WitnessBound& bound, const OrientedBox& box) const {
     double most = 0;
     for (int corner = 0; corner < 8; ++corner) {
       fcl::Vector3d x = box.middle;
@@ -190,9 +190,9 @@ class MeshSource {
   void openBox(int node, int lane, Search& search, int hint) {
     openBox(mesh_.tree().nodes()[node].below[lane], search, hint);
   }
-  TurnedBox boxOf(int node, int lane) const {
+  OrientedBox boxOf(int node, int lane) const {
     const Boxes4& boxes = mesh_.tree().nodes()[node].boxes;
-    TurnedBox box;
+    OrientedBox box;
     box.middle = origin_;
     for (int k = 0; k < 3; ++k) {
       const double low = boxes.low[k][lane], high = boxes.high[k][lane];

@@ -91,7 +91,7 @@ class DepthSearch {
   }
   /// Adds a child of the box that is being opened. `hint`: number of a measured point that is near.
   void addBox(int node, int lane, int hint) {
-    const TurnedBox box = source_.boxOf(node, lane);
+    const OrientedBox box = source_.boxOf(node, lane);
     if (target_.isClear(box.middle, box.radius())) return;
     const auto bound = target_.boundBy(witnessOf(hint));
     const double upper = std::min(upper_, overBox(bound, box, bound(box.middle)));
@@ -165,7 +165,7 @@ class DepthSearch {
 
   /// Measures a box's centre, and leaves the box out or adds its children.
   void openBox(const Part& part) {
-    const TurnedBox box = source_.boxOf(part.corners[0], part.corners[1]);
+    const OrientedBox box = source_.boxOf(part.corners[0], part.corners[1]);
     const int middle = addMeasured(box.middle, part.hint);
     const double radius = box.radius();
     const double distance = point(middle).distance;
@@ -178,7 +178,7 @@ class DepthSearch {
   /// Upper bound for a box by a feature at the distance `at_middle` from its centre: by its ball,
   /// and by its corners if only they may suffice to leave it out.
   template <typename WitnessBound>
-  double overBox(const WitnessBound& bound, const TurnedBox& box, double at_middle) const {
+  double overBox(const WitnessBound& bound, const OrientedBox& box, double at_middle) const {
     const double upper = at_middle + box.radius();
     if (upper <= limit() || at_middle > limit()) return upper;
     return std::min(upper, target_.overBox(bound, box));
