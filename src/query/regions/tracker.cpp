@@ -3,6 +3,9 @@
 
 #include "adaptive_bvh/contact_regions.h"
 
+// ContactTracker: gives regions the identities of the last step's regions that share the most
+// triangles.
+
 namespace adaptive_bvh {
 
 void ContactTracker::begin(std::size_t regions) {
@@ -34,7 +37,8 @@ void ContactTracker::finish() {
   events_.swap(next_events_);
 }
 
-/// Counts the triangles common to each old and new region. Both lists are sorted by triangle.
+/// Counts the triangles common to each old and new region; both lists are sorted by triangle. Sorts
+/// the counts: largest first, then by the old region's identity.
 void ContactTracker::countShares() {
   shares_.clear();
   auto old = uses_.cbegin();
@@ -72,6 +76,7 @@ void ContactTracker::matchRegions() {
   }
 }
 
+/// Reports each new region as persisting, born or split, and gives new identities.
 void ContactTracker::reportRegions() {
   for (std::size_t r = 0; r < next_ids_.size(); ++r) {
     if (next_ids_[r] != 0) {
@@ -88,6 +93,7 @@ void ContactTracker::reportRegions() {
   }
 }
 
+/// Reports each old region that no new region continues, as gone or merged.
 void ContactTracker::reportEnded() {
   const std::size_t begin = next_events_.size();
   for (std::size_t r = 0; r < ids_.size(); ++r) {
