@@ -33,8 +33,7 @@ class CandidateTests {
         sink_(sink),
         errors_(pairErrors(frame, input.tree1.scale(), 0)) {}
 
-  /// Collects the pairs of triangles of two leaves; `pairs` has bit 4 j + i for triangle i of a and
-  /// triangle j of b.
+  /// Collects pairs of two leaves' triangles: bit 4 j + i for triangle i of `a` and j of `b`.
   ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned pairs) {
     if (size_ > batch_ - 16) testAll();
     pairs = withoutNeighbours(pairs, input_.tree1, a, input_.tree2, b, input_.filter);
@@ -67,8 +66,8 @@ class CandidateTests {
     batch_ = std::min(2 * batch_, kSize);
   }
 
-  /// For trees with the same coordinates: their positions with residuals are as precise as the
-  /// model's own positions.
+  /// For trees with the same coordinates: positions with residuals are as precise as the mesh's
+  /// own.
   void testWithResiduals() {
     constexpr int kAtOnce = 32;  // small, as there may soon be enough contacts
     const PairSource source = sourceOf(input_);
@@ -99,8 +98,8 @@ class CandidateTests {
     }
   }
 
-  /// Passes a pair to the sink unless it is certainly `apart`: with `touching` to `add`, else to
-  /// the exact test.
+  /// Passes a pair to the sink unless it is certainly `apart`: if `touching` to `add`, else to
+  /// `test`.
   void settle(const LeafIndexPair& pair, bool apart, bool touching) {
     if (apart) return;
     if (input_.filter == NeighbourFilter::BeyondShared && !meetBeyondShared(pair)) return;

@@ -1,3 +1,4 @@
+// Contacts of two meshes, and of a mesh with itself: a TriangleSearch with CandidateTests.
 #include "query/contacts/contacts.h"
 
 #include <algorithm>
@@ -8,14 +9,10 @@
 #include "query/single_precision.h"
 #include "query/tree_pair.h"
 
-// Contacts of two meshes, and of a mesh with itself: TriangleSearch with CandidateTests, on one or
-// several threads.
-
 namespace adaptive_bvh {
 namespace {
 
-/// The sink of CandidateTests: tests two triangles of a query and adds their contacts to the
-/// result.
+/// The sink of CandidateTests: tests two triangles and adds their contacts to the result.
 class ContactSink {
  public:
   /// `is_self`: both meshes are the same mesh in the same pose. Then the triangle with the smaller
@@ -65,8 +62,7 @@ class ContactWorker {
   using Mark = std::size_t;              ///< number of contacts collected so far
   using Memory = fcl::CollisionResultd;  ///< kept from query to query
 
-  /// `sink`: of the query. `room`: number of contacts that the query's result can take. `limit`:
-  /// shared by all workers.
+  /// `sink`: of the query. `room`: of the query's result, in contacts. `limit`: of all workers.
   ContactWorker(const PairInput& input, const Frame& frame, const ContactSink& sink,
                 std::size_t room, ContactLimit& limit, Memory& memory)
       : contacts_(memory),
@@ -99,8 +95,7 @@ class ContactWorker {
   CandidateSearch<Frame, const ContactSink> search_;
 };
 
-/// Number of threads of the query. One if cost sources are requested, because they are not merged
-/// from several workers.
+/// Number of threads of the query. One with cost sources, which are not merged from workers.
 int threadsFor(const PairInput& input, const ContactSink& sink) {
   if (sink.request.enable_cost) return 1;
   return std::max(input.first.mesh.query_threads, input.second.mesh.query_threads);

@@ -95,8 +95,7 @@ class ContactLimit {
   bool needs(std::size_t task) const {
     return task <= last_needed_.load(std::memory_order_relaxed);
   }
-  /// Records a finished task. `contacts`: number found by the task; `of_worker`: number found by
-  /// its worker so far.
+  /// Records a finished task. `contacts`: number that it found; `of_worker`: of its worker, so far.
   void finish(std::size_t task, std::size_t contacts, std::size_t of_worker) {
     counts_[task].store(contacts, std::memory_order_relaxed);
     if (of_worker < per_worker_) return;  // if all workers return here, the sum is below most_

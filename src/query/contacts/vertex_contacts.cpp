@@ -1,3 +1,5 @@
+// Vertices of a mesh in contact with a closed mesh: VertexSearch finds candidates, MeshContactTest
+// tests each, ContactWriter writes the result.
 #include "query/contacts/vertex_contacts.h"
 
 #include <array>
@@ -11,9 +13,6 @@
 #include "query/points/winding_number.h"
 #include "query/single_precision.h"
 #include "query/tree_pair.h"
-
-// Vertices of a mesh in contact with a closed mesh: VertexSearch finds candidates, MeshContactTest
-// tests each, ContactWriter writes the result.
 
 namespace adaptive_bvh {
 namespace {
@@ -57,8 +56,7 @@ class KnownSides {
   const double error_;
 };
 
-/// Tests whether a vertex is a contact with a closed mesh: at most `margin` from its surface, or
-/// inside.
+/// Tests whether a vertex is at most `margin` from the surface of a closed mesh, or inside it.
 class MeshContactTest {
  public:
   MeshContactTest(const MeshState& mesh, const MeshState& other, const RelativePlacement& to_other,

@@ -44,9 +44,8 @@ class ContactWriter {
           candidates().push_back({static_cast<unsigned>(tree.corners(leaf_index)[int(k)]), false});
   }
 
-  /// Overwrites the result with the contacts. makeTest() returns a function test(candidate,
-  /// contact), which sets the contact and returns whether the candidate is one; each thread has its
-  /// own.
+  /// Overwrites the result with the contacts. makeTest() returns a thread's own function
+  /// test(candidate, contact), which sets the contact and returns whether there is one.
   template <typename MakeTest>
   void write(int threads, const MakeTest& makeTest, VertexContacts<double>& result) const {
     std::vector<VertexCandidate>& candidates = memory_->candidates;
@@ -131,8 +130,7 @@ template <typename IsInside>
 class VertexSearch {
  public:
   /// `tree`: of `mesh`, perhaps in other coordinates. `frame`: maps boxes of `other` to these
-  /// coordinates and enlarges them by the margin. `is_inside(v)`: whether vertex v of `mesh` is
-  /// inside.
+  /// coordinates, enlarged by the margin. `is_inside(v)`: whether vertex v is inside.
   VertexSearch(const MeshState& mesh, const WideTree& tree, const WideTree& other,
                const BoxFrame& frame, IsInside is_inside, std::vector<VertexCandidate>& candidates)
       : mesh_(mesh),
@@ -151,8 +149,7 @@ class VertexSearch {
   }
 
  private:
-  /// A node of the other tree. `overlaps`: bit 4 j + i tells whether its box j overlaps box i of
-  /// the visited node.
+  /// A node of the other tree. `overlaps`: bit 4 j + i for its box j and box i of the visited node.
   struct OtherNode {
     int node;
     unsigned overlaps;
@@ -201,8 +198,7 @@ class VertexSearch {
         is_inside_(static_cast<unsigned>(tree_.corners(static_cast<unsigned>(first))[0]));
     if (is_inside) addOwned(first, last, true);
   }
-  /// Adds the vertices that are owned by the triangles from `first` to before `last` (leaf
-  /// indices).
+  /// Adds the vertices that the triangles with leaf indices in [first, last) own.
   void addOwned(std::size_t first, std::size_t last, bool is_inside) {
     for (std::size_t leaf_index = first; leaf_index < last; ++leaf_index)
       for (unsigned k = 0; k < 3; ++k)

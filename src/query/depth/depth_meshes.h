@@ -23,8 +23,7 @@ class MeshTarget {
   using Witness = int;  ///< index of the nearest triangle
   static constexpr bool kIsConvex = false;
 
-  /// The distance to one triangle: a convex function that is nowhere less than the distance to the
-  /// surface.
+  /// The distance to one triangle: a convex function, nowhere less than that to the surface.
   class WitnessBound {
    public:
     explicit WitnessBound(const TrianglePoints<double>& triangle) : face_(triangle) {}
@@ -103,8 +102,7 @@ class MeshTarget {
       return bulge.count > 0 ? !isBeyond(other, triangle, bulge) : touch(triangle, other);
     });
   }
-  /// The plane n x = d of a triangle. n: the outward normal, of length 1; zero for a triangle
-  /// without area.
+  /// The plane n x = d of a triangle. n: outward normal, of length 1; zero without an area.
   struct Plane {
     fcl::Vector3d n;
     double d;
@@ -114,8 +112,7 @@ class MeshTarget {
     const fcl::Vector3d n = SurfaceNormals(mesh_.mesh).ofFace(index);
     return {n, n.dot(mesh_.pointsOf(index)[0])};
   }
-  /// Where the line from a to b crosses the plane of a triangle, from 0 (at a) to 1 (at b); -1 if
-  /// both are on one side.
+  /// Where the segment from a to b crosses a triangle's plane, from 0 to 1; -1 if it does not.
   double crossing(int triangle, const fcl::Vector3d& a, const fcl::Vector3d& b) const {
     const TrianglePoints<double> t = mesh_.pointsOf(static_cast<unsigned>(triangle));
     const fcl::Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
@@ -135,8 +132,7 @@ class MeshTarget {
   static constexpr float kFar = 1e15f;
 
   /// Whether a plane is found that separates a triangle of the surface, `face`, from the patch
-  /// above `triangle`: one parallel to the face, or across the line between the nearest points of
-  /// both.
+  /// above `triangle`: the face's, or one across the line between the nearest points.
   static bool isBeyond(const TrianglePoints<double>& face, const TrianglePoints<double>& triangle,
                        const Bulge& bulge) {
     const auto separates = [&](const fcl::Vector3d& direction) {

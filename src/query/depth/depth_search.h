@@ -196,8 +196,8 @@ class DepthSearch {
       is_inside_ = true;
   }
 
-  /// A triangle is opened three times: to measure its centroid, to measure its corners, and to cut
-  /// it.
+  /// Opens a triangle: the first time measures its centroid, the second its corners, the third
+  /// cuts.
   void openTriangle(Part part) {
     if (part.generation > 1) {
       if (isOutside(part)) return drop(tolerance_ / 2);
@@ -254,8 +254,7 @@ class DepthSearch {
     return source_.bulge(point(part.corners[0]), point(part.corners[1]), point(part.corners[2]),
                          part.chart);
   }
-  /// Upper bound for a patch by a feature's convex function, which is largest at a corner of the
-  /// hull.
+  /// Upper bound for a patch by a feature's convex function: its value at a corner of the hull.
   double overPatch(const Part& part, const Witness& witness, const Bulge& bulge) const {
     const auto bound = target_.boundBy(witness);
     double most = -std::numeric_limits<double>::infinity();

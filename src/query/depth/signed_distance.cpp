@@ -1,3 +1,5 @@
+// Signed distance of two closed meshes: the distance if they are apart, else the depth of the
+// deepest point of one in the other (DepthSearch, both ways).
 #include "query/depth/signed_distance.h"
 
 #include "base/rounding.h"
@@ -5,9 +7,6 @@
 #include "query/depth/depth_meshes.h"
 #include "query/nearest/nearest_search.h"
 #include "query/single_precision.h"
-
-// Signed distance of two closed meshes: the distance if they are apart, else the depth of the
-// deepest point of one in the other (DepthSearch, both ways).
 
 namespace adaptive_bvh {
 namespace {

@@ -23,8 +23,7 @@ class DepthPrecision {
   double size() const { return size_; }
   /// Error of a computed depth or distance.
   double error() const { return error_; }
-  /// Tolerance of the search: the requested one (at least four errors and 2^-30 of the size) less
-  /// twice the error.
+  /// Tolerance of the search: that of the result, as adjusted, less twice the error.
   double tolerance() const { return tolerance_ - 2 * error_; }
 
  private:

@@ -76,8 +76,7 @@ double halfSolidAngleOfWideEdge(const Vector& a, const Vector& b, const Vector& 
   const double length = edge.norm();
   const Vector along = edge / length;
   const double p_along = seen.p.dot(along), q_along = seen.q.dot(along);
-  // Divided by |p x q|: |p| |q| + p q, then the components of |q| p + |p| q across the edge and
-  // along it.
+  // Divided by |p x q|: |p| |q| + p q, and |q| p + |p| q across the edge, then along it.
   const double denominator =
       cross.length / (p_length * q_length - seen.p.dot(seen.q)) +
       apex.dot(along.cross(cross.direction)) * (p_length + q_length) / length +
@@ -166,8 +165,7 @@ bool BoundaryCone::addTo(double& winding, const Vector& x, const Vector& ray, in
   const ConeFrame frame(ray);
   BoundaryView view;
   view.is_aligned = frame.is_aligned;
-  // 1 / (1 + cos a)^2 is 2^42 at an angle of 2^-10 from the ray. Accept smaller angles after 16
-  // tries.
+  // 2^42: of a vertex at an angle of 2^-10 from the ray. After 16 tries smaller angles do.
   view.limit = std::ldexp(1., 42 + 2 * std::min(std::max(0, tries - 16), 20));
   for (int k = 0; k < 3; ++k) {
     view.point[k] = point[frame.order[k]];

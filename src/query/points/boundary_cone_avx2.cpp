@@ -1,5 +1,4 @@
-// The kernel of BoundaryCone for AVX2. boundary_cone.cpp calls it only where the processor has
-// AVX2.
+// The kernel of BoundaryCone for AVX2; boundary_cone.cpp calls it if the processor has AVX2.
 #ifdef __AVX2__
 #include "query/points/boundary_kernel.h"
 

@@ -29,8 +29,7 @@ struct BoundaryTurn {
 
   ADAPTIVE_BVH_INLINE void multiply(const BoundaryTurn& other) {
     const double re = x * other.x - y * other.y, im = x * other.y + y * other.x;
-    // Both angles are above -pi and at most pi. Only a sum of two angles of one sign leaves that
-    // range.
+    // Both angles are in (-pi, pi]. Only a sum of two angles of one sign leaves that range.
     if (y < 0 && other.y < 0 && (im > 0 || (im == 0 && (x < 0 || other.x < 0)))) --turns;
     if (y >= 0 && other.y >= 0 && (im < 0 || (im == 0 && x < 0 && other.x < 0))) ++turns;
     turns += other.turns;
@@ -173,9 +172,8 @@ struct BoundaryKernel {
     x = is_added ? x : one;
     y = is_added ? y : zero;
     const P re = sum.x * x - sum.y * y, im = sum.x * y + sum.y * x;
-    // A true comparison is -1. The angle of x + iy is less than a quarter turn. So the sum of the
-    // angles leaves the range from -pi to pi where the imaginary part changes its sign while the
-    // real part is negative.
+    // A true comparison is -1. The angle of x + iy is less than a quarter turn. So the sum leaves
+    // the range (-pi, pi] if the imaginary part changes its sign and the real part is negative.
     sum.turns += (re < zero) & ((sum.y < zero) - (im < zero));
     sum.x = re;
     sum.y = im;

@@ -1,3 +1,5 @@
+// Nearest points, signed distances, winding numbers and clearances. Checks the arguments, then runs
+// PointSearch (nearest triangle) and WindingNumber (side) for each point, on several threads.
 #include "adaptive_bvh/point_query.h"
 
 #include <limits>
@@ -9,9 +11,6 @@
 #include "query/points/point_search.h"
 #include "query/points/surface_normals.h"
 #include "query/points/winding_number.h"
-
-// Nearest points, signed distances, winding numbers and clearances. Checks the arguments, then runs
-// PointSearch (nearest triangle) and WindingNumber (side) for each point, on several threads.
 
 namespace adaptive_bvh {
 namespace {
@@ -64,9 +63,8 @@ ClosestFeature<S> featureOf(const SurfaceNormals& normals, const PointSearch::Ne
           normals.at(place).template cast<S>()};
 }
 
-/// Sets `result`, for each vertex of `mesh`, to its distance to `other`, at most `limit`, times
-/// sign(x); x is the vertex in the other's frame. Each thread calls makeSign() for a function of
-/// its own.
+/// Sets `result`, by vertex of `mesh`, to the distance to `other`, at most `limit`, times sign(x);
+/// x is the vertex in the other's frame. makeSign() returns a thread's own function.
 template <typename S, typename MakeSign>
 void findDistances(const MeshState& mesh, const RelativePlacement& to_other, const MeshState& other,
                    S limit, const MakeSign& makeSign, std::vector<S>& result) {

@@ -52,8 +52,8 @@ class PointSearch {
   explicit PointSearch(const MeshState& mesh) : mesh_(mesh), tree_(mesh.tree), walk_(tree_) {}
 
   /// Replaces `nearest` by the triangle nearest to x, if that is nearer, or equally near with a
-  /// smaller index. So the result does not depend on the initial triangle. May stop at any triangle
-  /// at most `enough` away.
+  /// smaller index. So the result is independent of the initial triangle. May stop at a triangle
+  /// within `enough`.
   void search(const fcl::Vector3d& x, Nearest& nearest, double enough = -1) {
     if (nearest.distance <= enough) return;
     setPoint(x, nearest.distance);
@@ -99,8 +99,7 @@ class PointSearch {
     if (!is_tie ? excess <= 0 : isBefore(x, found, nearest)) nearest = found;
   }
   /// Orders two triangles that are equally near up to rounding: whether the first is nearer or, if
-  /// both are exactly as near, has the smaller index. The order does not depend on which triangles
-  /// were tried before.
+  /// both are exactly as near, has the smaller index. So the order of the tests does not matter.
   bool isBefore(const fcl::Vector3d& x, const Nearest& one, const Nearest& other) const {
     const bool is_smaller = one.triangle < other.triangle;
     if (areOnSameFeature(one, other)) return is_smaller;
@@ -234,8 +233,7 @@ class NearestInTurn {
 
   explicit NearestInTurn(const MeshState& mesh) : search_(mesh) {}
 
-  /// Returns the nearest triangle; none (index -1) and the distance `limit` if none is within
-  /// `limit`.
+  /// Returns the nearest triangle within `limit`, or none: the index -1.
   Nearest operator()(const fcl::Vector3d& x,
                      double limit = std::numeric_limits<double>::infinity()) {
     Nearest nearest;

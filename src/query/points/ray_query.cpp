@@ -1,12 +1,11 @@
+// Ray queries in S, by RayWalk in double precision. A callback receives each hit and returns the t
+// up to which further hits are of interest; a negative t ends the search of that ray.
 #include <algorithm>
 #include <cmath>
 
 #include "adaptive_bvh/point_query.h"
 #include "query/points/point_search.h"
 #include "query/points/ray_search.h"
-
-// Ray queries in S, by RayWalk in double precision. A callback receives each hit and returns the t
-// up to which further hits are of interest; a negative t ends the search of that ray.
 
 namespace adaptive_bvh {
 namespace {
@@ -39,8 +38,7 @@ double keepFirst(const RayRange<S>& range, int triangle, const RayTriangle::Hit&
   if (isInRange(range, found.t) && isBefore(found, first)) first = found;
   return static_cast<double>(std::min(first.t, range.end));
 }
-/// Sets `any` if the hit is in the range. Then returns a negative t, because other hits do not
-/// matter.
+/// If the hit is in the range, sets `any` and returns a negative t: other hits do not matter.
 template <typename S>
 double keepAny(const RayRange<S>& range, const RayTriangle::Hit& hit, std::uint8_t& any) {
   if (!isInRange(range, static_cast<S>(hit.t))) return static_cast<double>(range.end);

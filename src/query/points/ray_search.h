@@ -41,8 +41,7 @@ void requireRange(const RayRange<S>& range) {
 /// coordinates are below 8. Boxes and lengths have margins for rounding: docs/bounds.md, 16.
 class RayInTree {
  public:
-  /// Sets the direction. A very long or short one is scaled first, so that it is normalized
-  /// exactly.
+  /// Sets the direction. A very long or short one is scaled before it is normalized.
   void setDirection(const WideTree& tree, const fcl::Vector3d& direction) {
     const double longest = direction.template lpNorm<Eigen::Infinity>();
     constexpr double kShort = 1. / (1 << 20), kLong = 1 << 20;
@@ -189,8 +188,8 @@ class RayWalk {
   }
 
   /// Visits a node. Calls found(triangle, hit) for each hit, in any order; `found` returns the t up
-  /// to which further hits are of interest, and a negative t to end the walk. Returns false at the
-  /// end of the walk.
+  /// to which further hits are of interest; if negative, the walk ends. Returns false at the end of
+  /// a walk.
   template <typename Found>
   ADAPTIVE_BVH_INLINE bool step(Found&& found) {
     const WideNode& node = nodes_[node_];
@@ -219,8 +218,7 @@ class RayWalk {
     while (step(found)) {
     }
   }
-  /// Calls each(triangle) for all triangles that a ray may meet, judged by their boxes. `error`: of
-  /// the ray's origin.
+  /// Calls each(triangle) for all triangles whose boxes a ray may meet. `error`: of its origin.
   template <typename Each>
   void forEachNear(const fcl::Vector3d& origin, const fcl::Vector3d& direction, double error,
                    Each&& each) {
@@ -238,8 +236,7 @@ class RayWalk {
 
   void setEnd(double t) { end_ = t < 0 ? -1.f : ray_.after(t); }
 
-  /// Tests a leaf's triangles in `lanes`. If `found` takes a triangle alone (forEachNear), it is
-  /// called without a test.
+  /// Tests the triangles in `lanes`, unless `found` takes only a triangle (forEachNear).
   template <typename Found>
   [[gnu::noinline]] void testLeaf(const WideNode& leaf, unsigned lanes, const Float4& enter,
                                   Found&& found) {

@@ -57,8 +57,7 @@ class SurfaceNormals {
     return edges[(longest + 1) % 3].cross(edges[(longest + 2) % 3]).stableNormalized();
   }
 
-  /// The angle-weighted pseudo-normal (VertexContacts::normals), of length 1; zero if there is
-  /// none.
+  /// The angle-weighted pseudo-normal (VertexContacts::normals), of length 1, or zero.
   fcl::Vector3d at(const SurfacePlace& place) const {
     if (place.feature == SurfaceFeature::Face) return ofFace(place.triangle);
     const VertexIndices v = verticesOf(place.triangle);

@@ -15,9 +15,8 @@ namespace adaptive_bvh {
 /// surface the count is the winding number, an integer without error. For another surface, or for
 /// separate triangles, BoundaryCone adds the solid angle of a cone over the boundary.
 ///
-/// The number of trials is finite, because the directions from a point off the surface to edges and
-/// vertices have measure zero. (An edge whose line contains the point counts only if the point is
-/// on the edge.)
+/// The trials end, because the directions from a point off the surface to edges and vertices have
+/// measure zero. (An edge whose line contains the point counts only if the point is on it.)
 class WindingNumber {
  public:
   explicit WindingNumber(const MeshState& mesh)
@@ -64,8 +63,7 @@ class WindingNumber {
   }
 
   /// Sets `number` to the winding number at x, counted along a ray. Returns false if the ray meets
-  /// an edge or a vertex, or passes too near a vertex of the boundary. `tries`: number of rays
-  /// tried before.
+  /// an edge, or passes too near a boundary vertex. `tries`: number of rays tried before.
   bool countAlong(const fcl::Vector3d& x, const fcl::Vector3d& direction, int tries,
                   double& number) {
     bool is_certain = true, is_on_surface = false;

@@ -1,18 +1,16 @@
+// The part of SurfacePatches that finds cavities: a region may have several closed boundaries, an
+// outer one and one around each cavity.
 #include <algorithm>
 #include <cmath>
 
 #include "query/regions/patches.h"
-
-// The part of SurfacePatches that finds cavities: a region may have several closed boundaries, an
-// outer one and one around each cavity.
 
 namespace adaptive_bvh {
 
 /// Connects the surfaces of cavities with the surfaces around them. The closed surface of a root is
 /// that of a cavity if the volume that it encloses has the opposite sign of the total volume.
 void SurfacePatches::connectCavities() {
-  // A smaller volume, relative to the area to the power of 1.5, is the rounding error of a flat
-  // region.
+  // Smaller volumes, relative to the area to the power of 1.5, are rounding errors.
   constexpr double kFlat = 1e-9;
   measureRoots();
   double sum = 0;

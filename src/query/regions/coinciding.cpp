@@ -5,8 +5,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// A convex polygon. The fourth coordinate of a corner is its height above another triangle's
-/// plane.
+/// A convex polygon. A corner's fourth coordinate is its height above another triangle.
 struct Polygon {
   static constexpr std::size_t kMost = 8;  // a triangle, cut by four lines
 

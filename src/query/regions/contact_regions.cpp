@@ -1,3 +1,5 @@
+// Contact regions of two closed meshes: findPatches finds the parts of each surface inside the
+// other body, sumRegions measures the regions, RegionWriter writes the result.
 #include "adaptive_bvh/contact_regions.h"
 
 #include <algorithm>
@@ -12,9 +14,6 @@
 #include "query/regions/coinciding.h"
 #include "query/regions/patches.h"
 #include "query/single_precision.h"
-
-// Contact regions of two closed meshes: findPatches finds the parts of each surface inside the
-// other body, sumRegions measures the regions, RegionWriter writes the result.
 
 namespace adaptive_bvh {
 namespace {
@@ -63,9 +62,8 @@ struct RegionSums {
     normal += (part.body == WhichBody::First ? 0.5 : -0.5) * part.area * part.normal;
   }
   /// Removes the contribution of coinciding faces from the normal, because rounding decides
-  /// which of them are inside the other body. Of two faces that are alike, the one behind is: the
-  /// second body's if the first's is in front. Of two opposite faces, which touch, both are, or
-  /// none.
+  /// which of them are inside the other body. Of two alike faces the one behind is: the second
+  /// body's if the first's is in front. Of two opposite ones, which touch, both or none.
   void leaveOut(const CoincidingFaces& faces) {
     const double first_sense = areas[1] < 0 ? -1 : 1, second_sense = areas[0] < 0 ? -1 : 1;
     const double side = faces.is_first_in_front ? 1 : -1;
@@ -78,8 +76,7 @@ struct RegionSums {
   }
   /// Whether the volume or an area is negative, as for a body that faces inward.
   bool isNegative() const { return volume < 0 || areas[0] < 0 || areas[1] < 0; }
-  /// Changes the signs to those of bodies that face outward. `senses`: by body, -1 if it faces
-  /// inward, else 1.
+  /// Corrects the signs for bodies that face inward. `senses`: by body, -1 if it does, else 1.
   void faceOutward(const std::array<double, 2>& senses) {
     is_reversed = senses[0] * senses[1] < 0;
     if (is_reversed) {
@@ -101,8 +98,8 @@ struct RegionSums {
     volume = std::fabs(volume);
     normal += touching;
   }
-  /// The centroid of a body's parts; the deepest point if there are none; a point of a part if they
-  /// have no area.
+  /// The centroid of a body's parts; a point of a part if they have no area; else the deepest
+  /// point.
   fcl::Vector3d centroid(std::size_t side) const {
     if (num_parts[side] == 0) return deepest;
     if (!(std::fabs(areas[side]) > 1e-9 * sizes[side])) return points[side];
@@ -119,8 +116,7 @@ struct RegionSums {
 /// Finds the deepest point of each region among points of one surface.
 class RegionDepth {
  public:
-  /// `to_other`: maps points to the other mesh's frame. `scale`: factor by which the points are
-  /// enlarged.
+  /// `to_other`: maps points to the other mesh's frame, once divided by `scale`.
   RegionDepth(const MeshState& other, const RelativePlacement& to_other, double scale)
       : to_other_(to_other), scale_(scale), search_(other), winding_(other) {}
 
@@ -277,8 +273,7 @@ void findDepths(WhichBody body, const MeshState& other, const RelativePlacement&
                 RegionMemory& memory) {
   RegionDepth search(other, to_other, memory.scale());
   const ClosedSurface& surface = memory.bodies[indexOf(body)];
-  // Every 13th vertex comes first: the deeper the deepest point so far, the fewer other points need
-  // a search.
+  // Every 13th vertex comes first: a sample soon finds a deep point, which excludes others.
   constexpr unsigned kStride = 13;
   const auto count = static_cast<unsigned>(surface.points.size());
   for (unsigned first = 0; first < kStride; ++first)

@@ -42,8 +42,7 @@ double crossingParameter(const TrianglePoints<double>& face, const fcl::Vector3d
   return above.value() / whole.value();
 }
 
-/// Whether points are within `limit` of a face's plane, up to rounding; false for a face without
-/// area.
+/// Whether points are within `limit` of a face's plane, which needs an area, up to rounding.
 bool isNear(const TrianglePoints<double>& points, const TrianglePoints<double>& face,
             double limit) {
   const fcl::Vector3d normal = (face[1] - face[0]).cross(face[2] - face[0]);
@@ -82,8 +81,7 @@ void SurfaceCrossings::testPair(const ClosedSurfaces& bodies, const TrianglePair
   std::array<FaceSide, 3> sides1, sides2;
   for (std::size_t k = 0; k < 3; ++k) sides1[k] = sideOfFace(q, p[k], WhichBody::First);
   keepIfCoplanar(pair, p, q, sides1);
-  // All signs are 0 for a face without area. It cannot be crossed, but its edges may cross the
-  // other.
+  // All signs are 0 for a face without area, but its edges may cross the other face.
   if (areOnOneSide(sides1) && sides1[0].sign != 0) return;
   for (std::size_t k = 0; k < 3; ++k) sides2[k] = sideOfFace(p, q[k], WhichBody::Second);
   if (areOnOneSide(sides2) && sides2[0].sign != 0) return;
@@ -93,8 +91,7 @@ void SurfaceCrossings::testPair(const ClosedSurfaces& bodies, const TrianglePair
   keepIfWhole(first_end, pair);
 }
 
-/// Keeps two triangles if they are in one plane: the corners of each are near the plane of the
-/// other.
+/// Records two triangles if they are in one plane: the corners of each near that of the other.
 void SurfaceCrossings::keepIfCoplanar(const TrianglePair& pair, const TrianglePoints<double>& p,
                                       const TrianglePoints<double>& q,
                                       const std::array<FaceSide, 3>& sides) {
@@ -224,8 +221,7 @@ void SurfaceWinding::flood(unsigned from, const ClosedSurface& surface, WhichBod
   }
 }
 
-/// Returns the root of a label, and makes it the parent of all labels on the path, with their
-/// offsets from the root.
+/// Returns the root of a label. Compresses the path: the root becomes the parent of all on it.
 unsigned SurfaceWinding::rootOf(unsigned label) {
   unsigned root = label;
   int offset = 0;
@@ -295,8 +291,7 @@ void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, WhichBody body) {
 }
 
 /// Returns the winding number of another body at a point: sums the signs of its crossings with a
-/// ray along x. The ray is treated as an edge of the point's body, from the point to `far`, beyond
-/// the box.
+/// ray along x, treated as an edge of the point's body that ends beyond the box.
 int SurfaceWinding::countAround(const fcl::Vector3d& point, WhichBody body,
                                 const ClosedSurface& other, const Box& box) {
   const double size = std::max(box.low.cwiseAbs().maxCoeff(), box.high.cwiseAbs().maxCoeff());

@@ -9,9 +9,7 @@
 #include "triangles/orientation.h"
 #include "triangles/triangle_contact.h"
 
-// Exact crossings of two closed surfaces, and winding numbers of their vertices, for contact
-// regions.
-
+// Exact crossings of two closed surfaces, and winding numbers of their vertices.
 namespace adaptive_bvh {
 
 /// One of two bodies, as the owner of a point, an edge or a face.
@@ -69,9 +67,8 @@ inline FaceSide sideOfFace(const TrianglePoints<double>& face, const fcl::Vector
   return {value, brokenTie(value, face[0], face[1], face[0], face[2], body == WhichBody::First)};
 }
 
-/// Returns the side, 1 or -1, on which the edge from p to q passes the line through the other
-/// body's edge from a to b; 0 only if the edges are parallel. `body`: to which the edge from p to q
-/// belongs.
+/// Returns the side, 1 or -1, on which the edge pq passes the line through the other body's edge
+/// ab; 0 only if they are parallel. `body`: to which pq belongs.
 inline int passingSide(const fcl::Vector3d& p, const fcl::Vector3d& q, const fcl::Vector3d& a,
                        const fcl::Vector3d& b, WhichBody body) {
   // A shift of p and q changes the determinant by the shift times (q - p) x (a - b).
@@ -90,8 +87,7 @@ inline bool passesWithin(const fcl::Vector3d& p, const fcl::Vector3d& q,
 /// Interface to the tree of a mesh: finds the triangles that a ray may meet.
 class RayCandidates {
  public:
-  /// Appends the indices to `triangles`. Origin and direction are in the coordinates of
-  /// ClosedSurface.
+  /// Appends their indices to `triangles`. The ray is in the coordinates of ClosedSurface.
   virtual void find(const fcl::Vector3d& origin, const fcl::Vector3d& direction,
                     std::vector<unsigned>& triangles) = 0;
 

@@ -75,7 +75,7 @@ void SurfacePatches::cutTriangles(WhichBody body) {
   }
 }
 
-/// Adds the pieces of a triangle's edges inside the other body, and connects the elements at their
+/// Adds the pieces of a triangle's edges inside the other body; connects the elements at their
 /// ends.
 void SurfacePatches::addEdges(WhichBody body, unsigned triangle) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
@@ -257,8 +257,7 @@ unsigned SurfacePatches::rootAround(unsigned own) {
 }
 
 /// Among the roots with a winding number on the line just before hit `first`, returns the one that
-/// the line crosses first from there on. `sense`: required sign of the winding number; 0 for
-/// either.
+/// the line crosses first from there on. `sense`: required sign of that number; 0 for either.
 unsigned SurfacePatches::rootFrom(std::size_t first, int sense) const {
   for (std::size_t i = first; i < hits_.size(); ++i) {
     int number = 0;  // before hit `first`; it is 0 at the end of the line
@@ -309,8 +308,7 @@ void SurfacePatches::addWhole(WhichBody body, unsigned triangle) {
                     p[0], fcl::Vector3d((u + v) * (area / 3))});
 }
 
-/// Adds the parts of a triangle with crossings: each piece adds its triangle with the part's
-/// origin.
+/// Adds the parts of a triangle with crossings. Each piece adds a triangle with the part's origin.
 void SurfacePatches::addCut(const CutTriangle& cut) {
   const TrianglePoints<double> p = (*bodies_)[indexOf(cut.body)].triangle(cut.triangle);
   const fcl::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();

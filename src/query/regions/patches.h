@@ -6,7 +6,6 @@
 #include "query/regions/crossings.h"
 
 // The parts of two closed surfaces that lie inside the other body, grouped into contact regions.
-
 namespace adaptive_bvh {
 
 /// The part of a triangle inside the other body that belongs to one region. Its area is multiplied

@@ -1,10 +1,8 @@
+// ContactTracker: regions keep the identity of the last step's region that shares most triangles.
 #include <algorithm>
 #include <tuple>
 
 #include "adaptive_bvh/contact_regions.h"
-
-// ContactTracker: gives regions the identities of the last step's regions that share the most
-// triangles.
 
 namespace adaptive_bvh {
 
