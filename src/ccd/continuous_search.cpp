@@ -1,5 +1,4 @@
-// Continuous collision queries: SweptBoxes refits the trees, FeatureFinder finds pairs of features
-// with overlapping boxes, and a visitor takes them.
+// Continuous collision queries: trees of swept boxes, and a visitor of the pairs of features found.
 #include "ccd/continuous_search.h"
 
 #include <algorithm>
@@ -124,8 +123,7 @@ class SweptBoxes {
       tree.refit(mesh, frame_, interval, query_.separation / 2);
     });
   }
-  /// Boxes around all points within min(displacement, most) of each vertex's start, for the
-  /// displacements of both meshes.
+  /// Boxes around the balls of radius min(displacement, most) around the vertices' starts.
   SweptPair aroundStarts(const std::vector<double>& of_first, const std::vector<double>& of_second,
                          double most) {
     return pairAfter([&](SweptTree& tree, const MovingMesh& mesh) {

@@ -173,13 +173,11 @@ class EarliestImpact {
   const float scaled_separation_;
   std::atomic<double>& best_;
   Impact impact_;
-  PairRef points_[kBatch],
-      edges_[kBatch];  ///< the batches: pairs of a vertex and a face, and of edges
+  PairRef points_[kBatch], edges_[kBatch];  ///< pairs of a vertex and a face, and of edges
   unsigned num_points_ = 0, num_edges_ = 0;
 };
 
-/// A visitor of FeatureFinder that lists all pairs and finds the earliest impact, by the two
-/// visitors for these tasks.
+/// A visitor of FeatureFinder that lists all pairs and finds the earliest impact.
 template <bool kIsSelf>
 class ListsAndImpact {
  public:

@@ -83,14 +83,12 @@ class FeatureLists {
 /// overlap, each once, because each feature is owned by one triangle. In one mesh, features that
 /// share a vertex are left out.
 ///
-///   visitor.vertexFace(v, t)   an owned vertex of the first mesh, the leaf index of a triangle of
-///   the
-///                              second
-///   visitor.faceVertex(t, v)   the leaf index of a triangle of the first, an owned vertex of the
-///   second visitor.edgeEdge(e, f)     an owned edge of each mesh visitor.finish()           ends a
-///   traversal
+///   visitor.vertexFace(v, t)   a vertex of the first mesh, a triangle of the second
+///   visitor.faceVertex(t, v)   a triangle of the first mesh, a vertex of the second
+///   visitor.edgeEdge(e, f)     an edge of each mesh
+///   visitor.finish()           ends a traversal
 ///
-/// Owned vertices and edges are given by their indices in FeatureLeaves::vertices() and edges().
+/// Triangles are given by leaf indices, vertices and edges by indices in FeatureLeaves.
 template <bool kIsSelf, typename Visitor>
 class FeatureFinder {
  public:

@@ -66,8 +66,7 @@ class CandidateTests {
     batch_ = std::min(2 * batch_, kSize);
   }
 
-  /// For trees with the same coordinates: positions with residuals are as precise as the mesh's
-  /// own.
+  /// For trees with the same coordinates: residuals make positions as precise as the mesh's own.
   void testWithResiduals() {
     constexpr int kAtOnce = 32;  // small, as there may soon be enough contacts
     const PairSource source = sourceOf(input_);
@@ -98,8 +97,7 @@ class CandidateTests {
     }
   }
 
-  /// Passes a pair to the sink unless it is certainly `apart`: if `touching` to `add`, else to
-  /// `test`.
+  /// Passes a pair to the sink unless it is `apart`: if `touching` to `add`, else to `test`.
   void settle(const LeafIndexPair& pair, bool apart, bool touching) {
     if (apart) return;
     if (input_.filter == NeighbourFilter::BeyondShared && !meetBeyondShared(pair)) return;
@@ -117,8 +115,7 @@ class CandidateTests {
         input_.second.pointsAt(pair.second), input_.tree2.slots().verticesOf(pair.second));
   }
 
-  /// Keeps, in order, the pairs of the batch that are not apart. areApart(group) returns a bit for
-  /// each of four pairs. Returns the number of pairs kept.
+  /// Keeps pairs that are not apart; returns their number. areApart(group): a bit for each of four.
   template <typename AreApart>
   ADAPTIVE_BVH_INLINE int keep(const AreApart& areApart) {
     int kept = 0;

@@ -101,8 +101,7 @@ int threadsFor(const PairInput& input, const ContactSink& sink) {
   return std::max(input.first.mesh.query_threads, input.second.mesh.query_threads);
 }
 
-/// Runs the tasks on the pool, then adds their contacts to the query's result in the order of the
-/// tasks, which is that of one thread.
+/// Runs the tasks on the pool, then adds their contacts to the query's result, in their order.
 template <typename Frame>
 void runTasks(const PairInput& input, const Frame& frame, const ContactSink& sink,
               const WalkTasks& walks, const TaskPool& pool) {

@@ -32,12 +32,12 @@ struct PlacedTriangles {
   }
 };
 
-/// Adds the contacts of two triangles to the result, and their cost source if requested. Uses the
-/// library's own test: triangles touch if their distance is 0, and every such pair has a contact,
-/// with all its fields if they are requested. (FCL decides by the signs of rounded numbers, and
-/// reads an uninitialized plane for a triangle that is a segment or a point.) `touching`: the
-/// triangles are known to touch, and neither is thin. `most`: largest number of contacts of this
-/// pair. `to_first`: maps the second object's frame to the first's.
+/// Adds the contacts of two triangles, and their cost source if requested. By the library's own
+/// test triangles touch if their distance is 0, and every such pair has a contact, with all fields
+/// if requested. (FCL decides by the signs of rounded numbers, and reads an uninitialized plane for
+/// a triangle that is a segment or a point.) `touching`: the triangles are known to touch, and
+/// neither is thin. `most`: largest number of contacts of this pair. `to_first`: maps the second
+/// object's frame to the first's.
 template <typename S, typename P>
 void addContactsOf(const PlacedTriangles<S, P>& first, const PlacedTriangles<S, P>& second,
                    const RelativePlacement& to_first, int id1, int id2, bool touching,

@@ -108,9 +108,9 @@ class MeshContactTest {
     const fcl::Vector3d into = is_inside ? x - nearest.point : nearest.point - x;
     contact.normal = normal(place, into, x);
   }
-  /// The contact's normal: that of the face, or the direction between x and its nearest point; if
-  /// they are too close, the opposite of the pseudo-normal at `place`. `into`: from one of the two
-  /// points to the other, inward or toward the surface; its length is the distance.
+  /// The contact's normal, into the other body: that of the nearest face, or the direction of
+  /// `into`; if that is too short, the opposite of the pseudo-normal. `into`: vector between x and
+  /// the nearest point, toward the surface or, if x is inside, away from it.
   fcl::Vector3d normal(const SurfacePlace& place, const fcl::Vector3d& into,
                        const fcl::Vector3d& x) const {
     constexpr double kShort = 1e-8;

@@ -125,8 +125,8 @@ class DepthCut {
   template <typename WitnessBound, typename Found>
   void considerBorder(const Point& a, const Point& b, const WitnessBound& bound,
                       const Found& found) const {
-    const double zero = tolerance_ / 16,
-                 at_b = bound(b.x);  // nearer points count as on the surface
+    const double zero = tolerance_ / 16;  // nearer points count as on the surface
+    const double at_b = bound(b.x);
     if (a.distance > zero) {
       const double t = target_.crossing(a.witness, a.x, b.x);
       if (t > 0 && t < 1 && bound(a.x + t * (b.x - a.x)) <= zero)

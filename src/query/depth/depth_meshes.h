@@ -166,7 +166,7 @@ class MeshSource {
   MeshSource(const PlacedMesh& mesh, const RelativePlacement& to_target)
       : mesh_(mesh), to_target_(to_target) {
     const BodyCoordinates& body = mesh.tree().coordinates();
-    turn_ = to_target.R * body.axes() / body.scale;
+    from_tree_ = to_target.R * body.axes() / body.scale;
     origin_ = to_target(body.origin);
     std::vector<int>& numbers = memory_->numbers;
     if (numbers.size() < mesh.mesh.vertices.size()) numbers.resize(mesh.mesh.vertices.size(), -1);
@@ -192,8 +192,8 @@ class MeshSource {
     box.middle = origin_;
     for (int k = 0; k < 3; ++k) {
       const double low = boxes.low[k][lane], high = boxes.high[k][lane];
-      box.middle += turn_.col(k) * ((low + high) / 2);
-      box.halves.col(k) = turn_.col(k) * ((high - low) / 2);
+      box.middle += from_tree_.col(k) * ((low + high) / 2);
+      box.halves.col(k) = from_tree_.col(k) * ((high - low) / 2);
     }
     return box;
   }
@@ -246,8 +246,8 @@ class MeshSource {
   const PlacedMesh& mesh_;
   const RelativePlacement to_target_;
   const Leased<Memory> memory_;
-  fcl::Matrix3d turn_;    ///< maps the tree's coordinates to the target's frame
-  fcl::Vector3d origin_;  ///< of the tree's coordinates, in the target's frame
+  fcl::Matrix3d from_tree_;  ///< linear map of the tree's coordinates to the target's frame
+  fcl::Vector3d origin_;     ///< of the tree's coordinates, in the target's frame
 };
 
 /// Calls visit(triangle, x, target) for each component of a mesh that is inside a closed one, until

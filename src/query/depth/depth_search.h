@@ -175,18 +175,17 @@ class DepthSearch {
     if (upper_ > limit()) return source_.openBox(part.corners[0], part.corners[1], *this, middle);
     drop(upper_);
   }
-  /// Upper bound for a box by a feature at the distance `at_middle` from its centre: by its ball,
-  /// and by its corners if only they may suffice to leave it out.
+  /// Upper bound for a box by a feature at the distance `at_middle` from its centre: by its
+  /// bounding ball, and by its corners if only these may suffice to leave it out.
   template <typename WitnessBound>
   double overBox(const WitnessBound& bound, const OrientedBox& box, double at_middle) const {
     const double upper = at_middle + box.radius();
     if (upper <= limit() || at_middle > limit()) return upper;
     return std::min(upper, target_.overBox(bound, box));
   }
-  /// Lowers upper_ or sets is_inside_ for a part within `radius` of a measured point, by the
-  /// point's side. If the point is outside at a distance d, points of the part are at most radius -
-  /// d deep. If it is inside and d > radius, all of the part is inside. The side is not computed if
-  /// even radius - d would exceed the limit.
+  /// Uses the side of a measured point, at a distance d from the surface, for a part within
+  /// `radius` of it. If outside, the part is at most radius - d deep; if that exceeds the limit,
+  /// the side is not computed. If inside and d > radius, all of the part is inside.
   void useSide(int i, double radius) {
     const double distance = point(i).distance, if_outside = radius - distance;
     if (if_outside > limit() && point(i).side == SurfaceSide::Unknown) return;
@@ -196,8 +195,7 @@ class DepthSearch {
       is_inside_ = true;
   }
 
-  /// Opens a triangle: the first time measures its centroid, the second its corners, the third
-  /// cuts.
+  /// Opens a triangle: first measures its centroid, the next time its corners, then cuts it.
   void openTriangle(Part part) {
     if (part.generation > 1) {
       if (isOutside(part)) return drop(tolerance_ / 2);
@@ -304,8 +302,8 @@ class DepthSearch {
     push(part);
   }
 
-  /// Whether a triangle is outside, except for points less than half the tolerance deep: no corner
-  /// moves farther when it is shrunk so that it does not touch the surface, and then it is outside.
+  /// Whether a triangle is outside, except for points less than half the tolerance deep: shrunk so
+  /// that no corner moves farther, it does not touch the surface, and its centroid is outside.
   bool isOutside(Part& part) {
     if (part.is_inside || part.is_clear) return false;
     fcl::Vector3d corners[3], middle = fcl::Vector3d::Zero();

@@ -1,5 +1,4 @@
-// Signed distance of two closed meshes: the distance if they are apart, else the depth of the
-// deepest point of one in the other (DepthSearch, both ways).
+// Signed distance of two closed meshes: the distance, or the larger depth by DepthSearch.
 #include "query/depth/signed_distance.h"
 
 #include "base/rounding.h"
@@ -35,8 +34,8 @@ double sizeOf(const PlacedMesh& mesh) {
   return mesh.bounds().aabb_center.stableNorm() + mesh.bounds().aabb_radius;
 }
 
-/// Returns the gap of the nearest triangles, in the frame of the first mesh. Sets the outward
-/// normal of the second surface there.
+/// Returns the gap of the nearest triangles and sets the second surface's outward normal there,
+/// both in the frame of the first mesh.
 TriangleGap nearestOf(const PairOfMeshes& meshes, fcl::Vector3d& outward) {
   const fcl::DistanceRequestd request;
   fcl::DistanceResultd result;

@@ -165,7 +165,7 @@ bool BoundaryCone::addTo(double& winding, const Vector& x, const Vector& ray, in
   const ConeFrame frame(ray);
   BoundaryView view;
   view.is_aligned = frame.is_aligned;
-  // 2^42: of a vertex at an angle of 2^-10 from the ray. After 16 tries smaller angles do.
+  // The limit for vertices at an angle of 2^-10 from the ray; at smaller angles after 16 tries.
   view.limit = std::ldexp(1., 42 + 2 * std::min(std::max(0, tries - 16), 20));
   for (int k = 0; k < 3; ++k) {
     view.point[k] = point[frame.order[k]];

@@ -104,7 +104,7 @@ class RayInTree {
   /// Sets the slab test for a ray from `start` and boxes enlarged by `margin`.
   void setSlabs(const fcl::Vector3d& start, float margin) {
     using packs::absolute;
-    constexpr float kLeast = 1e-30f;  // replaces smaller components, which have no inverse
+    constexpr float kLeast = 1e-30f;  // replaces smaller components; its inverse is finite
     const Float4 slope = float4::narrowed(Pack<double>{along_[0], along_[1]},
                                           Pack<double>{along_[2], 1}),
                  from =
@@ -188,8 +188,7 @@ class RayWalk {
   }
 
   /// Visits a node. Calls found(triangle, hit) for each hit, in any order; `found` returns the t up
-  /// to which further hits are of interest; if negative, the walk ends. Returns false at the end of
-  /// a walk.
+  /// to which hits are of interest; a negative t ends the walk. Returns false at its end.
   template <typename Found>
   ADAPTIVE_BVH_INLINE bool step(Found&& found) {
     const WideNode& node = nodes_[node_];

@@ -62,8 +62,8 @@ struct RegionSums {
     normal += (part.body == WhichBody::First ? 0.5 : -0.5) * part.area * part.normal;
   }
   /// Removes the contribution of coinciding faces from the normal, because rounding decides
-  /// which of them are inside the other body. Of two alike faces the one behind is: the second
-  /// body's if the first's is in front. Of two opposite ones, which touch, both or none.
+  /// which of them are inside the other body. Of two alike faces, the one behind is (the second
+  /// body's, if the first's is in front). Of two opposite faces, which touch, both are, or none.
   void leaveOut(const CoincidingFaces& faces) {
     const double first_sense = areas[1] < 0 ? -1 : 1, second_sense = areas[0] < 0 ? -1 : 1;
     const double side = faces.is_first_in_front ? 1 : -1;
@@ -98,7 +98,7 @@ struct RegionSums {
     volume = std::fabs(volume);
     normal += touching;
   }
-  /// The centroid of a body's parts; a point of a part if they have no area; else the deepest
+  /// The centroid of a body's parts. Without parts: the deepest point. Without area: a part's
   /// point.
   fcl::Vector3d centroid(std::size_t side) const {
     if (num_parts[side] == 0) return deepest;

@@ -42,7 +42,7 @@ double crossingParameter(const TrianglePoints<double>& face, const fcl::Vector3d
   return above.value() / whole.value();
 }
 
-/// Whether points are within `limit` of a face's plane, which needs an area, up to rounding.
+/// Whether points are nearer than `limit` to a face's plane; false for a face without area.
 bool isNear(const TrianglePoints<double>& points, const TrianglePoints<double>& face,
             double limit) {
   const fcl::Vector3d normal = (face[1] - face[0]).cross(face[2] - face[0]);

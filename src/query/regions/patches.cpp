@@ -75,8 +75,7 @@ void SurfacePatches::cutTriangles(WhichBody body) {
   }
 }
 
-/// Adds the pieces of a triangle's edges inside the other body; connects the elements at their
-/// ends.
+/// Adds the pieces of a triangle's edges inside the other body; connects their ends' elements.
 void SurfacePatches::addEdges(WhichBody body, unsigned triangle) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   const SurfaceWinding& winding = (*windings_)[indexOf(body)];
@@ -324,8 +323,7 @@ void SurfacePatches::addCut(const CutTriangle& cut) {
   }
 }
 
-/// Returns the part of the triangle to which a piece belongs; adds it if it is new. `first_part`:
-/// the triangle's first part.
+/// Returns the part to which a piece belongs, perhaps a new one. `first_part`: of its triangle.
 SurfacePart& SurfacePatches::partOf(std::size_t first_part, const Piece& piece,
                                     const CutTriangle& cut, const fcl::Vector3d& normal) {
   const unsigned root = rootOf(piece.element);
