@@ -35,6 +35,7 @@ auto withQuery(const Motion<S>& first, const Motion<S>* second, double separatio
   return run(a.with(b, separation));
 }
 
+/// Throws std::invalid_argument if a pair of features does not exist in the query's meshes.
 void requirePair(const ContinuousQuery& query, FeatureKind kind, const FeaturePair& pair) {
   const auto count = [](const MovingMesh& mesh, FeatureKind k, FeatureKind vertex) {
     return k == vertex                  ? mesh.num_vertices
@@ -48,6 +49,7 @@ void requirePair(const ContinuousQuery& query, FeatureKind kind, const FeaturePa
     refuseMotion("a pair names a feature that is not there");
 }
 
+/// The time of impact of one pair. `second` is null for one mesh and itself.
 template <typename S>
 double timeOf(const Motion<S>& first, const Motion<S>* second, FeatureKind kind,
               const FeaturePair& pair, double separation) {
@@ -57,12 +59,13 @@ double timeOf(const Motion<S>& first, const Motion<S>* second, FeatureKind kind,
   });
 }
 
+/// The times of impact of all pairs.
 template <typename S>
 void timesOf(const Motion<S>& first, const Motion<S>* second, const FeaturePairs& pairs,
              double separation, ImpactTimes& times) {
   withQuery(first, second, separation, [&](const ContinuousQuery& query) {
-    const auto require = [&](FeatureKind kind, const std::vector<FeaturePair>& of) {
-      for (const FeaturePair& pair : of) requirePair(query, kind, pair);
+    const auto require = [&](FeatureKind kind, const std::vector<FeaturePair>& list) {
+      for (const FeaturePair& pair : list) requirePair(query, kind, pair);
     };
     require(FeatureKind::VertexFace, pairs.vertex_face);
     require(FeatureKind::FaceVertex, pairs.face_vertex);

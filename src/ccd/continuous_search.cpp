@@ -1,3 +1,4 @@
+// Continuous collision queries: trees of swept boxes, and a visitor of the pairs of features found.
 #include "ccd/continuous_search.h"
 
 #include <algorithm>
@@ -12,10 +13,10 @@
 namespace adaptive_bvh {
 namespace {
 
-/// A visitor of FeatureFinder that computes safe displacements of vertices. It begins with their
-/// motions. For each pair of features, it divides their distance in proportion to their motions,
-/// and lowers the displacements of their vertices to these shares. No point of a feature moves
-/// farther than the largest displacement of its vertices.
+/// A visitor of FeatureFinder that computes safe displacements of vertices. They begin with the
+/// lengths of the motions. For each pair of features, the distance at the start, less the
+/// separation, is divided in proportion to both motions; the displacements of their vertices are
+/// lowered to these shares. No point of a feature moves farther than one of its vertices.
 template <bool kIsSelf>
 class SafeDisplacements {
  public:
@@ -29,6 +30,7 @@ class SafeDisplacements {
     for (unsigned v = 0; v < mesh.num_vertices; ++v) safe[v] = (mesh.end[v] - mesh.start[v]).norm();
   }
 
+  // The arguments are explained at FeatureFinder.
   void vertexFace(unsigned v, unsigned t) {
     const Int4& b = pair_.second.vertices[t];
     const unsigned a = pair_.first.features->vertices()[v].vertex;
@@ -49,9 +51,10 @@ class SafeDisplacements {
   void finish() {}
 
  private:
+  /// A vertex of a feature. In arrays of four, the first `num_first` belong to the first feature.
   struct Corner {
     const fcl::Vector3d *start, *end;
-    double* safe;
+    double* safe;  ///< its safe displacement so far
 
     double motion() const { return (*end - *start).norm(); }
   };
@@ -62,46 +65,50 @@ class SafeDisplacements {
     return {&mesh.start[v], &mesh.end[v], &safe[static_cast<std::size_t>(v)]};
   }
 
-  /// Lower bound of the distance of two features: the distance of their bounding spheres.
-  static double distanceOfBalls(const std::array<Corner, 4>& c, std::size_t firsts) {
+  /// Lower bound of the distance of two features at the start: that of their bounding spheres.
+  static double distanceOfBalls(const std::array<Corner, 4>& c, std::size_t num_first) {
     fcl::Vector3d middle[2] = {fcl::Vector3d::Zero(), fcl::Vector3d::Zero()};
     for (std::size_t i = 0; i < 4; ++i)
-      middle[i >= firsts] += *c[i].start / double(i < firsts ? firsts : 4 - firsts);
+      middle[i >= num_first] += *c[i].start / double(i < num_first ? num_first : 4 - num_first);
     double radius[2] = {0, 0};
     for (std::size_t i = 0; i < 4; ++i)
-      radius[i >= firsts] =
-          std::max(radius[i >= firsts], (*c[i].start - middle[i >= firsts]).squaredNorm());
+      radius[i >= num_first] =
+          std::max(radius[i >= num_first], (*c[i].start - middle[i >= num_first]).squaredNorm());
     return (middle[0] - middle[1]).norm() - std::sqrt(radius[0]) - std::sqrt(radius[1]);
   }
 
   /// The distance above which two features do not restrict each other, with a reserve for rounding.
-  double requiredDistance(const std::array<Corner, 4>& c, std::size_t firsts) const {
+  double requiredDistance(const std::array<Corner, 4>& c, std::size_t num_first) const {
     double safe[2] = {0, 0};
-    for (std::size_t i = 0; i < 4; ++i) safe[i >= firsts] = std::max(safe[i >= firsts], *c[i].safe);
+    for (std::size_t i = 0; i < 4; ++i)
+      safe[i >= num_first] = std::max(safe[i >= num_first], *c[i].safe);
     return (separation_ + safe[0] + safe[1]) * (1 + 1e-9) + 4 * error();
   }
+  /// Bound of the error of positions.
   double error() const { return std::max(pair_.first.error, pair_.second.error); }
 
   /// Lowers the displacements of two features to their shares of the distance, less the separation.
   void lower(FeatureKind kind, const std::array<Corner, 4>& c) {
-    const std::size_t firsts = kind == FeatureKind::EdgeEdge ? 2 : 1;
-    const double gap = distanceOfBalls(c, firsts);
-    if (gap * (1 - 1e-9) > requiredDistance(c, firsts) && gap > 1e-6 * c[0].start->norm()) return;
+    const std::size_t num_first = kind == FeatureKind::EdgeEdge ? 2 : 1;
+    const double gap = distanceOfBalls(c, num_first);
+    if (gap * (1 - 1e-9) > requiredDistance(c, num_first) && gap > 1e-6 * c[0].start->norm())
+      return;
     double motions[2] = {0, 0};
     for (std::size_t i = 0; i < 4; ++i)
-      motions[i >= firsts] = std::max(motions[i >= firsts], c[i].motion());
-    const std::array<fcl::Vector3d, 4> at = {*c[0].start, *c[1].start, *c[2].start, *c[3].start};
-    const MovingFeatures still(kind, at, at, error());
-    const double allowance = std::max(0., still.distanceAtStart() - separation_) * (1 - 1e-12);
+      motions[i >= num_first] = std::max(motions[i >= num_first], c[i].motion());
+    const std::array<fcl::Vector3d, 4> starts = {*c[0].start, *c[1].start, *c[2].start,
+                                                 *c[3].start};
+    const MovingFeatures at_rest(kind, starts, starts, error());
+    const double allowance = std::max(0., at_rest.distanceAtStart() - separation_) * (1 - 1e-12);
     const double sum = motions[0] + motions[1];
     if (!(sum * (1 + 1e-12) > allowance)) return;
     for (std::size_t i = 0; i < 4; ++i)
-      *c[i].safe = std::min(*c[i].safe, allowance * (motions[i >= firsts] / sum));
+      *c[i].safe = std::min(*c[i].safe, allowance * (motions[i >= num_first] / sum));
   }
 
   const SweptPair& pair_;
   const double separation_;
-  std::vector<double>&first_, &second_;
+  std::vector<double>&first_, &second_;  ///< safe displacements by vertex, of each mesh
 };
 
 /// The trees of swept boxes of a query, in memory of the calling thread.
@@ -116,7 +123,7 @@ class SweptBoxes {
       tree.refit(mesh, frame_, interval, query_.separation / 2);
     });
   }
-  /// Boxes around all points within displacements of vertices from their starts, at most `most`.
+  /// Boxes around the balls of radius min(displacement, most) around the vertices' starts.
   SweptPair aroundStarts(const std::vector<double>& of_first, const std::vector<double>& of_second,
                          double most) {
     return pairAfter([&](SweptTree& tree, const MovingMesh& mesh) {
@@ -141,7 +148,7 @@ class SweptBoxes {
   const Leased<std::array<SweptTree, 2>> trees_;
 };
 
-/// Mean lengths of motions and edges, from a sample of the triangles.
+/// Mean lengths of motions of vertices and of edges, from a sample of the triangles.
 struct MeanLengths {
   double motion = 0, edge = 0;
 
@@ -157,17 +164,19 @@ struct MeanLengths {
     motion /= count;
     edge /= count;
   }
+  /// The mean motion, relative to the mean edge.
   double motionInEdges() const { return motion / std::max(edge, 1e-300); }
 };
 
 /// The end of the interval that is searched first: vertices move by about half an edge in it, so
-/// that swept boxes are small. Intervals after that of an impact are not searched.
+/// that swept boxes are small.
 double firstPart(const ContinuousQuery& query) {
   const double motion =
       std::max(MeanLengths(query.first).motionInEdges(), MeanLengths(query.second).motionInEdges());
   return motion < 1 ? 1 : std::max(1 / (2 * motion), 1. / 64);
 }
 
+/// Finds the earliest impact: searches intervals in turn, up to the first one with an impact.
 template <bool kIsSelf>
 Impact earliestImpact(const ContinuousQuery& query) {
   SweptBoxes boxes(query);
@@ -235,16 +244,16 @@ void findCandidates(const ContinuousQuery& query, FeaturePairs& pairs) {
 
 void findTimes(const ContinuousQuery& query, const FeaturePairs& pairs, ImpactTimes& times) {
   const TaskPool pool(query.threads);
-  const auto find = [&](FeatureKind kind, const std::vector<FeaturePair>& of,
-                        std::vector<double>& to) {
-    constexpr int kPart = 256;
-    const int size = static_cast<int>(of.size());
-    to.resize(of.size());
+  const auto find = [&](FeatureKind kind, const std::vector<FeaturePair>& list,
+                        std::vector<double>& list_times) {
+    constexpr int kPart = 256;  // pairs of a task
+    const int size = static_cast<int>(list.size());
+    list_times.resize(list.size());
     pool.forEach((size + kPart - 1) / kPart, [&](int part, int) {
       for (int i = part * kPart; i < std::min(size, (part + 1) * kPart); ++i) {
-        const auto at = static_cast<std::size_t>(i);
-        to[at] =
-            movingFeatures(query.first, query.second, kind, of[at]).timeOfImpact(query.separation);
+        const auto k = static_cast<std::size_t>(i);
+        list_times[k] =
+            movingFeatures(query.first, query.second, kind, list[k]).timeOfImpact(query.separation);
       }
     });
   };
@@ -261,8 +270,8 @@ Impact findEarliestImpact(const ContinuousQuery& query, FeaturePairs& pairs) {
   return query.isSelf() ? listAndFind<true>(query, pairs) : listAndFind<false>(query, pairs);
 }
 
-/// Searches near pairs first: they lower most displacements, so that few pairs are left to the last
-/// search, which has no limit.
+/// Searches several times, with boxes around min(displacement, limit) and a growing limit. Near
+/// pairs lower most displacements, so that the last search, without a limit, finds few pairs.
 void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of_first,
                            std::vector<double>& of_second) {
   SafeDisplacements<false>::setToMotion(query.first, of_first);
@@ -271,7 +280,7 @@ void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of
   const auto search = [&](auto is_self, const SweptPair& pair) {
     constexpr bool kIsSelf = decltype(is_self)::value;
     SafeDisplacements<kIsSelf> displacements(pair, query.separation, of_first, of_second);
-    // On one thread, because which pairs are skipped depends on the order.
+    // On one thread, because the result depends on the order of the pairs.
     TriangleSearch<FeatureFinder<kIsSelf, SafeDisplacements<kIsSelf>>>(pair.trees(), displacements,
                                                                        pair)
         .runFromRoots();

@@ -21,11 +21,15 @@ struct ContinuousQuery {
 MovingFeatures movingFeatures(const MovingMesh& first, const MovingMesh& second, FeatureKind kind,
                               const FeaturePair& pair);
 
+/// Lists the pairs of features whose swept boxes overlap.
 void findCandidates(const ContinuousQuery& query, FeaturePairs& pairs);
+/// Sets the time of impact of each pair.
 void findTimes(const ContinuousQuery& query, const FeaturePairs& pairs, ImpactTimes& times);
+/// Returns the earliest impact of all features.
 Impact findEarliestImpact(const ContinuousQuery& query);
-/// Also lists all candidates.
+/// The same, and lists all candidates in `pairs`.
 Impact findEarliestImpact(const ContinuousQuery& query, FeaturePairs& pairs);
+/// Sets the length that each vertex may move without features coming nearer than the separation.
 void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of_first,
                            std::vector<double>& of_second);
 

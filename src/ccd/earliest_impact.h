@@ -16,13 +16,13 @@ inline bool isEarlier(const Impact& a, const Impact& b) {
   return a.pair < b.pair;
 }
 
-/// A visitor of FeatureFinder that finds the earliest impact. It collects pairs in batches, and
-/// discards those that stay apart until the earliest impact so far: four at a time, in single
-/// precision. For the others it computes the time of impact.
+/// A visitor of FeatureFinder, and a sink of searchAll, that finds the earliest impact. It collects
+/// pairs in batches, and discards pairs that stay apart until the earliest impact so far: four at a
+/// time, in single precision. For the others it computes the time of impact.
 template <bool kIsSelf>
 class EarliestImpact {
  public:
-  /// `separation`: in the unit of the world. `best`: earliest time, shared by a query's threads.
+  /// `separation`: in the unit of the world. `best`: earliest time so far, of all threads.
   EarliestImpact(const SweptPair& pair, const SweptFrame& frame, const TimeInterval& interval,
                  double separation, std::atomic<double>& best)
       : pair_(pair),
@@ -34,6 +34,7 @@ class EarliestImpact {
     impact_.time = MovingFeatures::kNever;
   }
 
+  // Called by FeatureFinder, which explains the arguments.
   ADAPTIVE_BVH_INLINE void vertexFace(unsigned v, unsigned t) {
     add<1>(points_, num_points_, {v, t});
   }
@@ -49,6 +50,7 @@ class EarliestImpact {
   }
   const Impact& impact() const { return impact_; }
 
+  // The interface of a sink of searchAll. The only result is the impact.
   struct Result {};
   EarliestImpact another(Result&) const { return *this; }
   struct Mark {};
@@ -57,6 +59,7 @@ class EarliestImpact {
   void take(const std::vector<Found>& tasks, const TaskPool&) {
     for (const Found& task : tasks) take(task.worker->sink());
   }
+  /// Takes the impact of another thread if it is earlier.
   void take(const EarliestImpact& worker) {
     if (isEarlier(worker.impact_, impact_)) impact_ = worker.impact_;
   }
@@ -64,30 +67,34 @@ class EarliestImpact {
  private:
   static constexpr unsigned kBatch = 256;
 
-  /// Two owned edges; or an owned vertex and the leaf index of a triangle, with kSwapped if the
-  /// triangle is in the first mesh.
-  using Ref = FeaturePair;
+  /// A pair in a batch: two owned edges; or an owned vertex and the leaf index of a triangle, with
+  /// kSwapped if the triangle is in the first mesh. (Owned features: see FeatureFinder.)
+  using PairRef = FeaturePair;
   static constexpr unsigned kSwapped = 1u << 31;
 
-  template <int kFirsts>
-  ADAPTIVE_BVH_INLINE void add(Ref (&refs)[kBatch], unsigned& count, const Ref& ref) {
+  // kNumFirst: number of corners of a pair's first feature, 1 for a vertex and 2 for an edge.
+
+  template <int kNumFirst>
+  ADAPTIVE_BVH_INLINE void add(PairRef (&refs)[kBatch], unsigned& count, const PairRef& ref) {
     refs[count++] = ref;
-    if (count == kBatch) testAll<kFirsts>(refs, count);
+    if (count == kBatch) testAll<kNumFirst>(refs, count);
   }
 
-  template <int kFirsts>
-  void testAll(Ref (&refs)[kBatch], unsigned& count) {
+  /// Tests the pairs of a batch, and empties it.
+  template <int kNumFirst>
+  void testAll(PairRef (&refs)[kBatch], unsigned& count) {
     for (unsigned i = count; i % 4; ++i) refs[i] = refs[count - 1];
     for (unsigned i = 0; i < count; i += 4) {
       const unsigned apart = isTaken(Shortcut::SinglePrecision)
-                                 ? stayApart<kFirsts>(gather<kFirsts>(&refs[i]), limits())
+                                 ? stayApart<kNumFirst>(gather<kNumFirst>(&refs[i]), limits())
                                  : 0;
       for (unsigned k = 0; k < 4 && i + k < count; ++k)
-        if (!(apart >> k & 1)) test<kFirsts>(refs[i + k]);
+        if (!(apart >> k & 1)) test<kNumFirst>(refs[i + k]);
     }
     count = 0;
   }
 
+  /// Limits of the test of four pairs: its end is the earliest impact, as a share of the interval.
   MovingPairs4Limits limits() const {
     const double until = std::min(best_.load(std::memory_order_relaxed), interval_.end);
     const double share = (until - interval_.begin) / (interval_.end - interval_.begin);
@@ -95,15 +102,15 @@ class EarliestImpact {
             std::min(1.f, static_cast<float>(std::max(share, 0.)) * (1 + 1.f / (1 << 20)))};
   }
 
-  /// The slots of a pair's four corners, and the trees of the first kFirsts and of the others.
-  struct Slots {
+  /// The slots of a pair's four corners, and the trees of the first kNumFirst and of the others.
+  struct CornerSlots {
     const SweptTree *first, *second;
-    unsigned at[4];
+    unsigned slots[4];
   };
-  template <int kFirsts>
-  ADAPTIVE_BVH_INLINE Slots slotsOf(const Ref& ref) const {
+  template <int kNumFirst>
+  ADAPTIVE_BVH_INLINE CornerSlots slotsOf(const PairRef& ref) const {
     const MovingMesh &a = pair_.first, &b = pair_.second;
-    if (kFirsts == 2) {
+    if (kNumFirst == 2) {
       const OwnedEdge &e = a.features->edges()[ref.first], &f = b.features->edges()[ref.second];
       return {&pair_.tree1, &pair_.tree2, {e.slots[0], e.slots[1], f.slots[0], f.slots[1]}};
     }
@@ -114,18 +121,18 @@ class EarliestImpact {
             {(swapped ? b : a).features->vertices()[ref.first].slot, face[0], face[1], face[2]}};
   }
 
-  /// Loads the corners of four pairs.
-  template <int kFirsts>
-  ADAPTIVE_BVH_INLINE MovingPairs4 gather(const Ref* refs) const {
-    const Slots slots[4] = {slotsOf<kFirsts>(refs[0]), slotsOf<kFirsts>(refs[1]),
-                            slotsOf<kFirsts>(refs[2]), slotsOf<kFirsts>(refs[3])};
+  /// Loads the corners of four pairs, at the begin and the end of the interval.
+  template <int kNumFirst>
+  ADAPTIVE_BVH_INLINE MovingPairs4 gather(const PairRef* refs) const {
+    const CornerSlots pairs[4] = {slotsOf<kNumFirst>(refs[0]), slotsOf<kNumFirst>(refs[1]),
+                                  slotsOf<kNumFirst>(refs[2]), slotsOf<kNumFirst>(refs[3])};
     MovingPairs4 all;
     for (int c = 0; c < 4; ++c) {
       const auto begin = [&](int k) -> const Float4& {
-        return (c < kFirsts ? slots[k].first : slots[k].second)->begins()[slots[k].at[c]];
+        return (c < kNumFirst ? pairs[k].first : pairs[k].second)->begins()[pairs[k].slots[c]];
       };
       const auto end = [&](int k) -> const Float4& {
-        return (c < kFirsts ? slots[k].first : slots[k].second)->ends()[slots[k].at[c]];
+        return (c < kNumFirst ? pairs[k].first : pairs[k].second)->ends()[pairs[k].slots[c]];
       };
       all.begin[c] = float4::columns(begin(0), begin(1), begin(2), begin(3));
       all.end[c] = float4::columns(end(0), end(1), end(2), end(3));
@@ -133,9 +140,10 @@ class EarliestImpact {
     return all;
   }
 
-  template <int kFirsts>
-  void test(const Ref& ref) {
-    Impact impact = numbersOf<kFirsts>(ref);
+  /// Computes the time of impact of a pair, and keeps the impact if it is the earliest.
+  template <int kNumFirst>
+  void test(const PairRef& ref) {
+    Impact impact = numbersOf<kNumFirst>(ref);
     const double best = best_.load(std::memory_order_relaxed);
     impact.time = movingFeatures(pair_.first, pair_.second, impact.kind, impact.pair)
                       .timeOfImpact(separation_, std::min(best, interval_.end));
@@ -145,11 +153,11 @@ class EarliestImpact {
     }
   }
 
-  /// The kind and the feature numbers of a pair; its time is not computed.
-  template <int kFirsts>
-  Impact numbersOf(const Ref& ref) const {
+  /// The kind and the feature numbers of a pair; the time is 0.
+  template <int kNumFirst>
+  Impact numbersOf(const PairRef& ref) const {
     const MovingMesh &a = pair_.first, &b = pair_.second;
-    if (kFirsts == 2) {
+    if (kNumFirst == 2) {
       FeaturePair edges = {a.features->edges()[ref.first].number,
                            b.features->edges()[ref.second].number};
       if (kIsSelf && edges.second < edges.first) std::swap(edges.first, edges.second);
@@ -168,7 +176,7 @@ class EarliestImpact {
   const float scaled_separation_;
   std::atomic<double>& best_;
   Impact impact_;
-  Ref points_[kBatch], edges_[kBatch];
+  PairRef points_[kBatch], edges_[kBatch];  ///< pairs of a vertex and a face, and of edges
   unsigned num_points_ = 0, num_edges_ = 0;
 };
 

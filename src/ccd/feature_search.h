@@ -23,7 +23,8 @@ struct SweptPair {
   }
 };
 
-/// A visitor of FeatureFinder that lists all pairs, by the numbers of their features.
+/// A visitor of FeatureFinder, and a sink of searchAll, that lists all pairs by the numbers of
+/// their features. In a pair of vertex and face within one mesh, the vertex comes first.
 template <bool kIsSelf>
 class FeatureLists {
  public:
@@ -48,6 +49,7 @@ class FeatureLists {
   }
   void finish() {}
 
+  // The interface of a sink of searchAll.
   using Result = FeaturePairs;
   FeatureLists another(Result& result) const { return {first_, second_, result}; }
   using Mark = FeatureMark;
@@ -57,7 +59,7 @@ class FeatureLists {
     take(
         tasks, pool, [](const Found& task) -> auto& { return task.worker->sink(); });
   }
-  /// As in searchAll; listsOf(task) returns the lists of a task.
+  /// Replaces the lists by those of all tasks; listsOf(task) returns the FeatureLists of a task.
   template <typename Found, typename ListsOf>
   void take(const std::vector<Found>& tasks, const TaskPool& pool, const ListsOf& listsOf) {
     joinFeatures(
@@ -65,6 +67,7 @@ class FeatureLists {
   }
 
  private:
+  /// The number of an owned vertex, and of a triangle given by its leaf index.
   static unsigned vertex(const MovingMesh& mesh, unsigned v) {
     return mesh.features->vertices()[v].vertex;
   }
@@ -80,10 +83,12 @@ class FeatureLists {
 /// overlap, each once, because each feature is owned by one triangle. In one mesh, features that
 /// share a vertex are left out.
 ///
-///   visitor.vertexFace(v, t)   an owned vertex of the first, and the leaf index of a triangle
-///   visitor.faceVertex(t, v)   the leaf index of a triangle of the first, and an owned vertex
-///   visitor.edgeEdge(e, f)     two owned edges
-///   visitor.finish()           ends a traversal: tests the pairs that are still in a batch
+///   visitor.vertexFace(v, t)   a vertex of the first mesh, a triangle of the second
+///   visitor.faceVertex(t, v)   a triangle of the first mesh, a vertex of the second
+///   visitor.edgeEdge(e, f)     an edge of each mesh
+///   visitor.finish()           ends a traversal
+///
+/// Triangles are given by leaf indices, vertices and edges by indices in FeatureLeaves.
 template <bool kIsSelf, typename Visitor>
 class FeatureFinder {
  public:
@@ -97,6 +102,7 @@ class FeatureFinder {
   void begin() {}
   void finish() { visitor_.finish(); }
   static bool isDone() { return false; }
+  /// Visits the pairs of two leaves whose boxes overlap.
   void foundLeaves(const WideNode& a, const WideNode& b, unsigned) {
     if (kIsSelf && &a == &b)
       within(a);
@@ -107,20 +113,20 @@ class FeatureFinder {
  private:
   /// Finds the pairs of one feature of each leaf.
   ADAPTIVE_BVH_INLINE void between(const WideNode& a, const WideNode& b) {
-    const FeatureLeaves::Leaf &of_a = tree1_.leaf(first_, a), &of_b = tree2_.leaf(second_, b);
-    for (unsigned g = 0; g < of_a.vertexGroups(); ++g)
-      forEach(overlaps(tree1_.vertexBoxes(of_a.vertices + g), b.boxes),
+    const FeatureLeaves::Leaf &leaf_a = tree1_.leaf(first_, a), &leaf_b = tree2_.leaf(second_, b);
+    for (unsigned g = 0; g < leaf_a.vertexGroups(); ++g)
+      forEach(overlaps(tree1_.vertexBoxes(leaf_a.vertices + g), b.boxes),
               [&](unsigned k, unsigned j) {
-                vertexFace(4 * (of_a.vertices + g) + k, unsigned(b.first) + j);
+                vertexFace(4 * (leaf_a.vertices + g) + k, unsigned(b.first) + j);
               });
-    for (unsigned g = 0; g < of_b.vertexGroups(); ++g)
-      forEach(overlaps(tree2_.vertexBoxes(of_b.vertices + g), a.boxes),
+    for (unsigned g = 0; g < leaf_b.vertexGroups(); ++g)
+      forEach(overlaps(tree2_.vertexBoxes(leaf_b.vertices + g), a.boxes),
               [&](unsigned k, unsigned i) {
-                faceVertex(unsigned(a.first) + i, 4 * (of_b.vertices + g) + k);
+                faceVertex(unsigned(a.first) + i, 4 * (leaf_b.vertices + g) + k);
               });
-    for (unsigned g = 0; g < of_a.edgeGroups(); ++g)
-      for (unsigned h = 0; h < of_b.edgeGroups(); ++h)
-        edges(of_a.edges + g, of_b.edges + h, 0xffff);
+    for (unsigned g = 0; g < leaf_a.edgeGroups(); ++g)
+      for (unsigned h = 0; h < leaf_b.edgeGroups(); ++h)
+        edges(leaf_a.edges + g, leaf_b.edges + h, 0xffff);
   }
   /// Finds the pairs within a leaf.
   void within(const WideNode& a) {
@@ -135,11 +141,13 @@ class FeatureFinder {
       for (unsigned h = g; h < leaf.edgeGroups(); ++h)
         edges(leaf.edges + g, leaf.edges + h, g == h ? kUpper : 0xffff);
   }
+  /// Finds the pairs of edges of the groups g and h, for the bits set in `mask`.
   ADAPTIVE_BVH_INLINE void edges(unsigned g, unsigned h, unsigned mask) {
     forEach(overlaps(tree1_.edgeBoxes(g), tree2_.edgeBoxes(h)) & mask,
             [&](unsigned k, unsigned l) { edgeEdge(4 * g + k, 4 * h + l); });
   }
 
+  // Pass a pair to the visitor, unless both features are of one mesh and share a vertex.
   ADAPTIVE_BVH_INLINE void vertexFace(unsigned v, unsigned t) {
     if (!kIsSelf || !has(second_.vertices[t], first_.features->vertices()[v].vertex))
       visitor_.vertexFace(v, t);

@@ -1,3 +1,4 @@
+// Times of contact of moving triangles and shapes, by conservative advancement.
 #include "ccd/moving_parts.h"
 
 #include <algorithm>
@@ -24,29 +25,31 @@ class PartAt final : public ConvexSet {
   const double t_;
 };
 
-/// By bisection from `from` to `latest`: the largest time found up to which a gap is above
-/// `needed`, as it is at `from`. gap(t): lower bound of the gap. `curvature`: bound of its second
-/// derivative; within a time dt it falls at most curvature dt^2 / 8 below the smaller end value.
+/// Returns a time between `from` and `latest`, as late as bisection finds, up to which a gap is
+/// above `needed`. gap(t): the gap at time t, above `needed` at `from`. `curvature`: bound of its
+/// second derivative; between two times dt apart it falls at most curvature dt^2 / 8 below the
+/// smaller of both values. (It does not fall below it if the gap is concave: curvature 0.)
 template <typename Gap>
 double lastAbove(const Gap& gap, double curvature, double needed, double from, double latest) {
-  constexpr int kMostSteps = 40;
+  constexpr int kBisections = 40;
   const double at_start = gap(from);
   const auto isAbove = [&](double t) {
     return std::min(at_start, gap(t)) - curvature * (t - from) * (t - from) / 8 > needed;
   };
   if (isAbove(latest)) return latest;
   double above = from, below = latest;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kBisections; ++step) {
     const double middle = (above + below) / 2;
     (isAbove(middle) ? above : below) = middle;
   }
   return above;
 }
 
-constexpr int kMostSteps = 200;
+constexpr int kMostSteps = 200;  // of conservative advancement; then the time so far is returned
 
-/// Conservative advancement. Along a fixed direction, the gap of two points is linear in time, and
-/// the gap of two parts is the smallest over their points: a concave function of time.
+/// timeOfContact for bounded parts. Each step goes as far as the gap along the present normal stays
+/// above the separation. Along a fixed direction, the gap of two points is linear in time, and the
+/// gap of two parts is the smallest over their points: a concave function of time.
 double timeOfConvexContact(const MovingPart& first, const MovingPart& second, double separation,
                            double latest) {
   const double extent = std::max(first.extent(), second.extent());
@@ -79,14 +82,14 @@ struct Plane {
   }
 };
 
-/// Conservative advancement towards a plane. The height n x - d of a point is quadratic in time;
-/// its second derivative is at most twice the product of the motions of n and x. The interpolated n
-/// is not longer than 1, so the height is a lower bound of the distance.
+/// timeOfContact for a part and a plane or half-space. The height n x - d of a point is quadratic
+/// in time; its second derivative is at most twice the product of the lengths of the motions of n
+/// and x. The interpolated n is not longer than 1, so the height is a lower bound of the distance.
 double timeOfFlatContact(const MovingPart& part, const MovingPart& flat, double separation,
                          double latest) {
   Plane from(flat.placed(false)), to(flat.placed(true));
   const bool is_solid = flat.flat()->isSolid();
-  if (!is_solid && from.n.dot(part.support(0, from.n)) < from.d)
+  if (!is_solid && from.n.dot(part.support(0, from.n)) < from.d)  // the part is behind the plane
     for (Plane* plane : {&from, &to}) plane->n = -plane->n, plane->d = -plane->d;
   const double extent = std::max({part.extent(), std::fabs(from.d), std::fabs(to.d)});
   const double rounding = kRounding * extent, contact_gap = separation + kTolerance * extent;
@@ -105,7 +108,8 @@ double timeOfFlatContact(const MovingPart& part, const MovingPart& flat, double 
   return t;
 }
 
-/// Two planes or half-spaces that are apart are parallel, and touch as soon as one turns.
+/// timeOfContact for two planes or half-spaces: 0 if they touch, or if one turns, because only
+/// parallel ones are apart.
 double timeOfUnboundedContact(const MovingPart& first, const MovingPart& second, double separation,
                               double latest, double parallel) {
   const TriangleGap start = gapOf(first.placed(false), second.placed(false), parallel);
@@ -127,9 +131,9 @@ double timeOfUnboundedContact(const MovingPart& first, const MovingPart& second,
 
 Vector MovingPart::support(double t, const Vector& direction) const {
   if (const Solid* const shape = this->shape()) {
-    const fcl::Matrix3d turn = (1 - t) * start_tf_.linear() + t * end_tf_.linear();
-    const Vector shift = (1 - t) * start_tf_.translation() + t * end_tf_.translation();
-    return turn * shape->support(turn.transpose() * direction) + shift;
+    const fcl::Matrix3d linear = (1 - t) * start_tf_.linear() + t * end_tf_.linear();
+    const Vector translation = (1 - t) * start_tf_.translation() + t * end_tf_.translation();
+    return linear * shape->support(linear.transpose() * direction) + translation;
   }
   Vector best = (1 - t) * start_[0] + t * end_[0];
   for (std::size_t k = 1; k < 3; ++k) {

@@ -14,24 +14,25 @@ void refuseMotion(const std::string& what) {
 
 namespace {
 
-/// Transforms positions to the world; returns a bound of their error.
+/// Transforms positions to the world. Returns a bound of their rounding error. Throws
+/// std::invalid_argument if a position is not finite, or too large.
 template <typename S>
 double toWorld(const fcl::Vector3<S>* positions, std::size_t count, const fcl::Transform3d& tf,
                std::vector<fcl::Vector3d>& world) {
   world.resize(count);
   const fcl::Matrix3d R = tf.linear();
   const fcl::Vector3d T = tf.translation();
-  const bool is_still = R == fcl::Matrix3d::Identity() && T.isZero(0);
+  const bool is_identity = R == fcl::Matrix3d::Identity() && T.isZero(0);
   double largest = 0, sum = 0;  // `sum` is NaN if a coordinate is not finite, else 0
   for (std::size_t i = 0; i < count; ++i) {
     const fcl::Vector3d x = positions[i].template cast<double>();
-    world[i] = is_still ? x : fcl::Vector3d(R * x + T);
+    world[i] = is_identity ? x : fcl::Vector3d(R * x + T);
     sum += world[i].lpNorm<1>() * 0;
     largest = std::max({largest, x.lpNorm<1>(), world[i].lpNorm<1>()});
   }
   if (!(sum == 0) || !(largest <= 6 * rounding::largestCoordinate<double>()))
     refuseMotion("a position is not finite, or too large");
-  if (is_still) return 0;
+  if (is_identity) return 0;
   return 8 * std::numeric_limits<double>::epsilon() *
          (R.cwiseAbs().maxCoeff() * largest + T.lpNorm<1>());
 }

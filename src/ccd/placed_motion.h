@@ -9,6 +9,7 @@
 
 namespace adaptive_bvh {
 
+/// Throws std::invalid_argument with this message.
 [[noreturn]] void refuseMotion(const std::string& what);
 
 /// The motion of a mesh in a query: its vertices at start and end, as doubles in the world.

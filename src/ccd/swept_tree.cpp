@@ -13,14 +13,15 @@ float roundedUp(double x) {
   return static_cast<float>(std::min(x, kLargest)) * (1 + 1.f / (1 << 20));
 }
 
+/// Sets the boxes of a leaf. `vertices`: boxes of vertices, by slot.
 void refitLeaf(WideNode& node, const VertexSlots& slots, const Box* vertices) {
   Box boxes[4];
   for (Box& box : boxes) box = {float4::all(kNowhere), float4::all(-kNowhere)};
   for (int i = 0; i < node.count; ++i) {
-    const VertexIndices at = slots.slotsOf(static_cast<std::size_t>(node.first) + std::size_t(i));
-    boxes[i] = vertices[at[0]];
-    boxes[i].add(vertices[at[1]]);
-    boxes[i].add(vertices[at[2]]);
+    const VertexIndices corners = slots.slotsOf(std::size_t(node.first) + std::size_t(i));
+    boxes[i] = vertices[corners[0]];
+    boxes[i].add(vertices[corners[1]]);
+    boxes[i].add(vertices[corners[2]]);
   }
   node.boxes = boxes4(boxes[0], boxes[1], boxes[2], boxes[3]);
 }
@@ -54,8 +55,8 @@ void SweptTree::resize(const MovingMesh& mesh) {
   edge_boxes_.resize(mesh.features->edges().size() / 4);
 }
 
-/// The margin covers the error of the mesh's positions, their rounding in double and in single
-/// precision, and the padding.
+/// Sets the margin of boxes. It covers the error of the mesh's positions, their rounding in double
+/// and in single precision, and the padding.
 void SweptTree::setMargin(const MovingMesh& mesh, const SweptFrame& frame, double padding) {
   constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
   const double coordinate = frame.origin.lpNorm<Eigen::Infinity>() + 2 / frame.scale;
@@ -95,6 +96,7 @@ void SweptTree::refitAroundStarts(const MovingMesh& mesh, const SweptFrame& fram
   refitNodes(mesh);
 }
 
+/// Sets the boxes of the features of a leaf, from those of the vertices.
 void SweptTree::refitFeatures(const MovingMesh& mesh, const FeatureLeaves::Leaf& leaf) {
   const Box none = {float4::all(kNowhere), float4::all(-kNowhere)};
   for (unsigned i = 0; i < leaf.num_vertices; i += 4) {
@@ -116,6 +118,7 @@ void SweptTree::refitFeatures(const MovingMesh& mesh, const FeatureLeaves::Leaf&
   }
 }
 
+/// Copies the links of all nodes and sets their boxes, children first.
 void SweptTree::refitNodes(const MovingMesh& mesh) {
   for (std::size_t i = nodes_.size(); i-- > 0;) {
     WideNode& node = nodes_[i];

@@ -11,15 +11,15 @@ namespace adaptive_bvh {
 /// mesh's number type. Owns nothing.
 struct MovingMesh {
   const WideNode* nodes;  ///< links only; boxes are not read
-  const Int4* vertices;   ///< of triangles, by leaf index
+  const Int4* vertices;   ///< vertices and index of each triangle, by leaf index
   const VertexSlots* slots;
   const FeatureOwners* owners;
-  const FeatureLeaves* features;
+  const FeatureLeaves* features;     ///< the features that the leaves' triangles own
   const fcl::Vector3d *start, *end;  ///< by vertex
   const fcl::Triangle* triangles;    ///< by index
   unsigned num_vertices, num_triangles;
-  int num_nodes, depth;
-  double error;  ///< bound of the error of a position
+  int num_nodes, depth;  ///< of the tree
+  double error;          ///< bound of the error of a position
 };
 
 /// The coordinates of swept boxes: y = scale (x - origin), along the axes of the world. The scale
@@ -82,10 +82,10 @@ class SweptTree {
   void refitFeatures(const MovingMesh& mesh, const FeatureLeaves::Leaf& leaf);
 
   std::vector<WideNode> nodes_;
-  std::vector<Box> boxes_;  ///< swept boxes of vertices, by slot
-  std::vector<Boxes4> vertex_boxes_, edge_boxes_;
-  std::vector<Float4> begins_, ends_;
-  Float4 margin_;
+  std::vector<Box> boxes_;                         ///< swept boxes of vertices, by slot
+  std::vector<Boxes4> vertex_boxes_, edge_boxes_;  ///< by group (FeatureLeaves)
+  std::vector<Float4> begins_, ends_;              ///< positions by slot
+  Float4 margin_;                                  ///< by which boxes of vertices are enlarged
   float position_error_ = kPositionError;
 };
 

@@ -19,7 +19,7 @@
 // rounding of offset and extents. The last third of `error` remains for the test of the triangle.
 namespace adaptive_bvh {
 
-/// Transforms a mesh's coordinates to an octree's.
+/// Transforms a mesh's coordinates to an octree's, and bounds the rounding errors.
 class IntoOctree {
  public:
   using Point = fcl::Vector3d;
@@ -59,15 +59,15 @@ struct CellExtent {
 struct Projection {
   fcl::Vector3d axis;
   double middle, half;  ///< of the interval
-  double cell;          ///< half the projection of a cell, in units of half its side
+  double cell;          ///< half the projection of a cell, divided by half its side
 
-  /// The gap to the projection of a cell. `offset`: from the reference point to the cell's centre.
+  /// Gap to a cell's projection; negative if they overlap. `offset`: of its centre from the point.
   double gap(const fcl::Vector3d& offset, double half_cell) const {
     return std::abs(axis.dot(offset) - middle) - half - cell * half_cell;
   }
 };
 
-/// A lower bound of a distance from the gaps along three orthogonal directions.
+/// A lower bound of a distance, given the gaps along three orthogonal directions.
 inline double distanceOfGaps(double x, double y, double z) {
   x = std::max(x, 0.), y = std::max(y, 0.), z = std::max(z, 0.);
   return std::sqrt(x * x + y * y + z * z) * (1 - 16 * rounding::epsilon<double>());
@@ -77,11 +77,11 @@ inline double distanceOfGaps(double x, double y, double z) {
 struct SweptBox {
   fcl::Vector3d middle, half[3];  ///< centre, and vectors from it to three faces
   double radius;
-  fcl::Matrix3d axes;
+  fcl::Matrix3d axes;     ///< columns: the volume's own axes, for separating axis tests
   double coordinate_sum;  ///< upper bound of |x| + |y| + |z| of its points
 };
 
-/// The projections of a volume on the octree's axes and on its own.
+/// A volume in the octree's coordinates, by its projections on the octree's axes and on its own.
 class VolumeInOctree {
  public:
   using Point = fcl::Vector3d;
@@ -105,8 +105,8 @@ class VolumeInOctree {
   bool isApart(const CellExtent& cell) const {
     const Point offset = cell.middle - middle_;
     if ((offset.cwiseAbs() - half_).maxCoeff() > cell.half) return true;
-    for (const Projection& along : own_)
-      if (along.gap(offset, cell.half) > 0) return true;
+    for (const Projection& projection : own_)
+      if (projection.gap(offset, cell.half) > 0) return true;
     return false;
   }
 
@@ -117,16 +117,16 @@ class VolumeInOctree {
     double own = own_[0].gap(offset, cell.half);
     for (std::size_t k : {1, 2}) own = std::max(own, own_[k].gap(offset, cell.half));
     own -= 16 * rounding::epsilon<double>() * std::abs(own);
-    const double overlap = std::max(gap.maxCoeff(), own);
-    return overlap < 0 ? overlap : std::max(distanceOfGaps(gap[0], gap[1], gap[2]), own);
+    const double largest = std::max(gap.maxCoeff(), own);
+    return largest < 0 ? largest : std::max(distanceOfGaps(gap[0], gap[1], gap[2]), own);
   }
 
  private:
-  Point middle_, half_;
+  Point middle_, half_;  ///< of the projections on the octree's axes
   std::array<Projection, 3> own_;
 };
 
-/// The bounding box of a triangle, and the corners relative to its centre.
+/// A triangle in the octree's coordinates: its box, and its corners relative to the box's centre.
 class TriangleInOctree {
  public:
   using Point = fcl::Vector3d;
@@ -158,7 +158,7 @@ class TriangleInOctree {
   }
   Point normal() const { return edge(0).cross(edge(1)); }
 
-  Projection along(const Point& axis) const {
+  Projection projectionOn(const Point& axis) const {
     const double x = axis.dot(corners_[0]), y = axis.dot(corners_[1]), z = axis.dot(corners_[2]);
     const double low = std::min({x, y, z}), high = std::max({x, y, z});
     const double length = axis.lpNorm<1>();
@@ -172,7 +172,7 @@ class TriangleInOctree {
 };
 
 /// Separating axis test of a triangle and cells. If both are disjoint, one of these axes separates
-/// them: the octree's axes, the triangle's normal, and the products of its edges with the axes.
+/// them: the octree's axes, the triangle's normal, and the products of its edges and the axes.
 class TriangleOverlap : private TriangleInOctree {
  public:
   using Point = fcl::Vector3d;
@@ -187,23 +187,25 @@ class TriangleOverlap : private TriangleInOctree {
       if (this->hasCornerIn(offset, cell.half)) return false;
       prepare();
     }
-    for (const Projection& along : along_)
-      if (along.gap(offset, cell.half) > 0) return true;
+    for (const Projection& projection : projections_)
+      if (projection.gap(offset, cell.half) > 0) return true;
     return false;
   }
 
  private:
+  /// Computes the projections, for cells that the boxes do not separate.
   void prepare() {
     prepared_ = true;
-    along_[0] = this->along(this->normal());
+    projections_[0] = this->projectionOn(this->normal());
     for (std::size_t k = 0; k < 3; ++k) {
       const Point edge = this->edge(k);
       for (int axis = 0; axis < 3; ++axis)
-        along_[1 + 3 * k + std::size_t(axis)] = this->along(edge.cross(Point::Unit(axis)));
+        projections_[1 + 3 * k + std::size_t(axis)] =
+            this->projectionOn(edge.cross(Point::Unit(axis)));
     }
   }
 
-  std::array<Projection, 10> along_;
+  std::array<Projection, 10> projections_;
   bool prepared_ = false;
 };
 
@@ -216,9 +218,9 @@ class TriangleDistance : private TriangleInOctree {
   TriangleDistance(const Point& a, const Point& b, const Point& c, const IntoOctree& into)
       : TriangleInOctree(a, b, c, into) {
     const Point normal = unitOrZero(this->normal());
-    normal_ = this->along(normal);
+    normal_ = this->projectionOn(normal);
     for (std::size_t k = 0; k < 3; ++k)
-      beside_[k] = this->along(unitOrZero(normal.cross(this->edge(k))));
+      beside_[k] = this->projectionOn(unitOrZero(normal.cross(this->edge(k))));
   }
 
   /// Below 0 if all projections overlap.
@@ -227,8 +229,8 @@ class TriangleDistance : private TriangleInOctree {
     const double above = normal_.gap(offset, cell.half);
     double beside = beside_[0].gap(offset, cell.half);
     for (std::size_t k : {1, 2}) beside = std::max(beside, beside_[k].gap(offset, cell.half));
-    const double overlap = std::max({gap.maxCoeff(), above, beside});
-    if (overlap < 0) return overlap;
+    const double largest = std::max({gap.maxCoeff(), above, beside});
+    if (largest < 0) return largest;
     return std::max(distanceOfGaps(gap[0], gap[1], gap[2]), distanceOfGaps(above, beside, 0.));
   }
 
@@ -240,7 +242,7 @@ class TriangleDistance : private TriangleInOctree {
   }
 
   Projection normal_;
-  std::array<Projection, 3> beside_;
+  std::array<Projection, 3> beside_;  ///< in the triangle's plane, across each edge
 };
 
 }  // namespace adaptive_bvh

@@ -6,7 +6,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The contact of a point inside a mesh: the translation to the nearest point of the surface.
+/// The contact of a point x (in the mesh's frame) inside a mesh: the motion to the nearest surface.
 class InsideContact {
  public:
   InsideContact(const PlacedMesh& around, const fcl::Vector3d& x, MeshTarget& target)
@@ -17,14 +17,14 @@ class InsideContact {
   }
 
   int nearestTriangle() const { return point_.witness; }
-  /// Sets the contact's fields. `sign`: 1 if the mesh is the first object, -1 if it is the second.
+  /// Sets position, normal and depth. `sign`: 1 if the mesh is the first object, else -1.
   void describe(double sign, fcl::Contactd& contact) const {
     constexpr double kShort = 1e-8;
     const fcl::Vector3d path = bounds_.nearest - point_.x;
     const bool is_short = !(point_.distance > kShort * point_.x.norm());
-    const fcl::Vector3d out = is_short ? bounds_.outward : fcl::Vector3d(path / path.norm());
+    const fcl::Vector3d outward = is_short ? bounds_.outward : fcl::Vector3d(path / path.norm());
     contact.pos = tf_ * point_.x;
-    contact.normal = (sign * (tf_.linear() * out)).normalized();
+    contact.normal = (sign * (tf_.linear() * outward)).normalized();
     contact.penetration_depth = point_.distance;
   }
 
@@ -40,7 +40,7 @@ void add(fcl::Contactd contact, const InsideContact& inside, double sign,
   query.result.addContact(contact);
 }
 
-/// Calls visit(x, target) if a shape is inside a mesh, with a point of the shape.
+/// Calls visit(x, target) if a bounded shape is inside a mesh; x is a point of it, in the mesh.
 template <typename Visit>
 void visitShapeInside(const PlacedSolid& shape, const PlacedMesh& around, const Visit& visit) {
   if (shape.solid.flat()) return;
@@ -59,9 +59,9 @@ void addContained(const PlacedMesh& mesh, const PlacedMesh& around, bool is_arou
   if (!o1.isOccupied() || !o2.isOccupied()) return;
   visitContained(mesh, around, [&](int triangle, const fcl::Vector3d& x, MeshTarget& target) {
     const InsideContact inside(around, x, target);
-    const int at = inside.nearestTriangle();
-    add(is_around_first ? fcl::Contactd(&o1, &o2, at, triangle)
-                        : fcl::Contactd(&o1, &o2, triangle, at),
+    const int nearest = inside.nearestTriangle();
+    add(is_around_first ? fcl::Contactd(&o1, &o2, nearest, triangle)
+                        : fcl::Contactd(&o1, &o2, triangle, nearest),
         inside, is_around_first ? 1 : -1, query);
     return !query.isSatisfied() && query.result.numContacts() < query.request.num_max_contacts;
   });

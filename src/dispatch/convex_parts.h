@@ -25,12 +25,12 @@ struct CellBall {
   double radius;
 };
 
-/// A lower bound of the distance of a shape from the content of a ball, despite rounding.
+/// A lower bound of the distance of a shape from everything in a ball, despite rounding.
 inline double boundOf(const PlacedSolid& shape, const CellBall& ball) {
   constexpr double kRounding = 1e-12;
-  const fcl::Vector3d from = ball.middle - shape.tf.translation();
-  return shape.solid.surface(shape.tf.linear().transpose() * from).distance - ball.radius -
-         kRounding * (ball.radius + from.norm() + shape.tf.translation().norm());
+  const fcl::Vector3d offset = ball.middle - shape.tf.translation();
+  return shape.solid.surface(shape.tf.linear().transpose() * offset).distance - ball.radius -
+         kRounding * (ball.radius + offset.norm() + shape.tf.translation().norm());
 }
 
 /// The convex parts of a body, and its pose: a shape, or the occupied cells of an octree.
@@ -55,9 +55,9 @@ class ConvexParts {
 #endif
   const fcl::Transform3d& tf() const { return tf_; }
 
-  /// Calls visit(part) for the shape, or for the cells, until it returns true; returns whether it
-  /// did. Visits the children of a cell in order of bound(ball) of their bounding spheres, and
-  /// skips those for which it exceeds limit().
+  /// Calls visit(part) for the shape, or for the octree's leaves, until it returns true; returns
+  /// whether it did. Children of a cell are visited by increasing bound(ball) of their bounding
+  /// spheres, and skipped if it exceeds limit().
   template <typename BoundOf, typename Limit, typename Visit>
   bool visit(const BoundOf& bound, const Limit& limit, const Visit& visit) const {
     if (shape_) return visit(ConvexPart{{**shape_, tf_}, -1});

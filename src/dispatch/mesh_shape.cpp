@@ -1,4 +1,4 @@
-// isNearer of a mesh and a shape: a search for the distance with an upper bound.
+// isNearer of a mesh and a shape: a search for the distance, below an upper bound.
 #include "dispatch/contained.h"
 #include "dispatch/shape_search.h"
 
@@ -14,7 +14,7 @@ namespace adaptive_bvh {
 bool isNearer(const PlacedMesh& mesh, const PlacedSolid& shape, const ShapeCore& core,
               double distance) {
   constexpr double kFar = std::numeric_limits<double>::infinity();
-  const double above = std::nextafter(distance, kFar);
+  const double above = std::nextafter(distance, kFar);  // so that `distance` itself is below it
   const fcl::DistanceRequestd request;
   fcl::DistanceResultd result(above);
   distanceToShape(MeshShapeSearch(mesh, shape, core), {request, result}, distance);
@@ -29,10 +29,10 @@ bool isNearer(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf1,
   requireRigid(tf1);
   requireRigid(tf2);
   if (solid) requireClosed(stateOf(mesh), "isNearer of solid bodies");
-  const ShapeSolid near(shape);
+  const ShapeSolid solid_shape(shape);
   const PlacedMesh placed(mesh, tf1);
-  const PlacedSolid placed_shape{*near, tf2.template cast<double>()};
-  return isNearer(placed, placed_shape, near.core(), static_cast<double>(distance)) ||
+  const PlacedSolid placed_shape{*solid_shape, tf2.template cast<double>()};
+  return isNearer(placed, placed_shape, solid_shape.core(), static_cast<double>(distance)) ||
          (solid && isContained(placed_shape, placed));
 }
 

@@ -10,11 +10,11 @@
 
 namespace adaptive_bvh {
 
-/// A cell of an octree, and its box in the octree's coordinates.
+/// A cell (node) of an octree, and its box in the octree's coordinates.
 struct Cell {
   Cell() = default;
-  Cell(const octomap::OcTreeNode* cell, const fcl::AABBd& where)
-      : node(cell), box(where), extent(where) {}
+  Cell(const octomap::OcTreeNode* cell, const fcl::AABBd& cell_box)
+      : node(cell), box(cell_box), extent(cell_box) {}
 
   fcl::Vector3d middle() const { return (box.min_ + box.max_) / 2; }
   fcl::Vector3d half() const { return (box.max_ - box.min_) / 2; }

@@ -5,7 +5,7 @@
 
 namespace adaptive_bvh {
 
-/// A node of a tree over a mesh's triangles: an FCL node, or one lane (or -1: all) of a wide node.
+/// A node of a tree over a mesh's triangles: an FCL node, or a box of a WideNode (lane -1: all).
 struct MeshNode {
   int node = 0, lane = -1;
 };
@@ -16,12 +16,12 @@ class MeshNodes {
   virtual ~MeshNodes() = default;
   virtual bool isLeaf(MeshNode node) const = 0;
   virtual int triangle(MeshNode leaf) const = 0;
-  virtual SweptBox body(MeshNode node) const = 0;
+  virtual SweptBox body(MeshNode node) const = 0;  ///< a node's volume
   /// The size of a node's volume, which is compared with that of a cell as in FCL.
   virtual double size(MeshNode node) const = 0;
   /// Stores the children of a node, and returns their number.
   virtual int below(MeshNode node, MeshNode (&nodes)[4]) const = 0;
-  virtual void recordVisit(MeshNode) const {}
+  virtual void recordVisit(MeshNode) const {}  ///< for traversal statistics
   /// Receives the numbers of tests: of nodes with cells, and of triangles with cells.
   virtual void recordTests(std::size_t, std::size_t) const {}
 };

@@ -17,7 +17,8 @@ struct PlacedOctree {
   fcl::Transform3d tf;
 };
 
-/// A mesh and an octree: bounds and tests in the octree's coordinates. Counts the tests.
+/// A mesh and an octree: bounds and tests of nodes and cells, in the octree's coordinates. The
+/// destructor reports the numbers of tests.
 class MeshOctreePair {
  public:
   MeshOctreePair(const QueryTriangles& mesh, const MeshNodes& nodes, const PlacedOctree& octree)
@@ -33,7 +34,7 @@ class MeshOctreePair {
   const OctreeCells& octree() const { return octree_.cells; }
   const MeshNodes& nodes() const { return nodes_; }
 
-  /// Whether a search descends in the octree instead of below an inner node. FCL's rule.
+  /// Whether a search descends in the octree instead of the mesh's tree: FCL's rule.
   bool descendsInOctree(const Cell& cell, MeshNode node) const {
     return !octree().isLeaf(cell) && cell.box.size() > nodes_.size(node);
   }
@@ -47,7 +48,7 @@ class MeshOctreePair {
     return {x[0], x[1], x[2], into_octree_};
   }
 
-  void addTest() { ++node_tests_; }
+  void addTest() { ++node_tests_; }  ///< counts a test of a node and a cell
 
   /// A cell and a triangle, in the octree's axes, relative to the centre of the cell.
   class CellAndTriangle {

@@ -10,7 +10,7 @@ namespace adaptive_bvh {
 namespace {
 
 /// Calls test(cell, triangle) for the pairs of an occupied cell and a triangle that may overlap,
-/// until it returns true. FCL's order for FCL's nodes, so that few contacts are the same as FCL's.
+/// until it returns true. In FCL's order for FCL's nodes, so that the first contacts are FCL's.
 template <typename Test>
 class OverlappingCells {
  public:
@@ -19,6 +19,8 @@ class OverlappingCells {
   void operator()(const Cell& root) { visitNode(root, MeshNode()); }
 
  private:
+  // Each function visits the pairs below a cell and a node; returns whether `test` returned true.
+
   bool visitNode(const Cell& cell, MeshNode node) {
     if (pair_.nodes().isLeaf(node))
       return visitBound(cell, node, pair_.triangle<TriangleOverlap>(node));
@@ -39,9 +41,10 @@ class OverlappingCells {
 
   bool descend(const Cell& cell, MeshNode node, VolumeInOctree& volume) {
     if (pair_.descendsInOctree(cell, node)) return descendOctree(cell, node, volume);
-    MeshNode below[4];
-    const int count = pair_.nodes().below(node, below);
-    return std::any_of(below, below + count, [&](MeshNode at) { return visitNode(cell, at); });
+    MeshNode children[4];
+    const int count = pair_.nodes().below(node, children);
+    return std::any_of(children, children + count,
+                       [&](MeshNode child) { return visitNode(cell, child); });
   }
 
   template <typename Bound>

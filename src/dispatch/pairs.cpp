@@ -7,6 +7,7 @@
 #include "query/nearest/close_triangles.h"
 #include "query/nearest/nearest_search.h"
 
+// The table of pairs: which search answers the queries of two kinds of objects.
 namespace adaptive_bvh {
 namespace {
 

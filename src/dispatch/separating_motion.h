@@ -24,7 +24,7 @@ class SeparatingMotion {
         target_(mesh),
         deepest_(DepthBounds::from(precision.error())) {}
 
-  /// Raises the known depth to a certain depth of either surface in the other body.
+  /// Raises the known depth. `depth`: that of some point of either surface in the other body.
   void raiseTo(double depth) {
     if (!(depth > deepest_.lower)) return;
     const std::size_t searches = deepest_.searches;
@@ -36,7 +36,7 @@ class SeparatingMotion {
   /// unit vector `n`, in the mesh's frame. May raise the known depth.
   bool isFound(fcl::Vector3d n) {
     constexpr int kMostTries = 3;
-    constexpr double kSame = 1 - 1e-12;
+    constexpr double kSame = 1 - 1e-12;  // cosine of directions that count as equal
     for (int i = 0; i < kMostTries && !n.isZero(0); ++i) {
       const fcl::Vector3d last = n;
       n = outwardNear(n);
@@ -52,7 +52,7 @@ class SeparatingMotion {
  private:
   /// Measures the shape's farthest point against n. Returns the mesh's outward direction there.
   fcl::Vector3d outwardNear(const fcl::Vector3d& n) {
-    constexpr double kShort = 1e-8;
+    constexpr double kShort = 1e-8;  // of the size: the direction to the surface is rounding only
     DepthPoint<int> point;
     point.x = to_mesh_(shape_.solid.support(to_mesh_.R.transpose() * -n));
     target_.measure(point, 0);
@@ -94,7 +94,7 @@ class SeparatingMotion {
   const DepthPrecision& precision_;
   const RelativePlacement to_mesh_;
   MeshTarget target_;
-  DepthBounds deepest_;
+  DepthBounds deepest_;  ///< `lower` is the known depth
 };
 
 }  // namespace adaptive_bvh

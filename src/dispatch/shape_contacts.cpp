@@ -1,4 +1,4 @@
-// Contacts of a mesh's vertices with a shape.
+// Contacts of a mesh's vertices with a shape: candidates by the tree, distances by Solid::surface.
 #include <limits>
 
 #include "adaptive_bvh/penetration.h"
@@ -10,7 +10,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Adds the vertices that may be at most `margin` from a shape: those that near leaves own.
+/// Adds the vertices that may be at most `margin` from a shape: the leaves near it own them.
 void findCandidates(const PlacedMesh& mesh, const ShapeInTree& shape, double margin,
                     std::vector<VertexCandidate>& candidates) {
   const WideTree& tree = mesh.tree();
@@ -18,8 +18,8 @@ void findCandidates(const PlacedMesh& mesh, const ShapeInTree& shape, double mar
   const Float4 limit = float4::all(shape.squaredLimit(margin));
   TreeWalk(tree).visitLeaves(
       [&](const Boxes4& boxes) { return float4::bits(shape.squaredGaps(boxes) <= limit); },
-      [&](const WideNode& at, unsigned) {
-        const auto& leaf = features.leaves()[static_cast<std::size_t>(at.leaf)];
+      [&](const WideNode& node, unsigned) {
+        const auto& leaf = features.leaves()[static_cast<std::size_t>(node.leaf)];
         for (unsigned i = 0; i < leaf.num_vertices; ++i)
           candidates.push_back({features.vertices()[4 * leaf.vertices + i].vertex, false});
         return false;

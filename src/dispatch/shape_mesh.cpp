@@ -13,11 +13,12 @@
 namespace adaptive_bvh {
 namespace {
 
-constexpr int kMinEdgesPerTurn = 8;  ///< adjacent charts begin with 4 or 8 patches of a turn
+constexpr int kMinEdgesPerTurn = 8;  ///< adjacent charts begin with 4 or 8 patches around a turn
 
 /// The surface of one convex part as a mesh, in the part's frame.
 class PartMesh {
  public:
+  /// `turn`: least number of edges around a full turn of a curved surface.
   explicit PartMesh(const Solid& solid, int turn)
       : inner_(solid.innerPoint()), is_bounded_(solid.core().isBounded()) {
     std::vector<SurfacePatch> patches;
@@ -85,10 +86,10 @@ TriangleMesh<S> shapeMesh(const fcl::CollisionGeometry<S>& shape, int turn) {
       mesh.triangles.emplace_back(first + t[0], first + t[1], first + t[2]);
     return false;
   };
-  const auto nearest = [](const CellBall&) { return 0.; };
+  const auto anyOrder = [](const CellBall&) { return 0.; };
   ConvexParts(shape, fcl::Transform3d::Identity())
       .visit(
-          nearest, [] { return 0.; }, add);
+          anyOrder, [] { return 0.; }, add);
   return mesh;
 }
 

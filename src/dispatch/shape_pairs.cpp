@@ -12,15 +12,15 @@ namespace {
 class BoxAroundCells {
  public:
   explicit BoxAroundCells(const ConvexParts& octree) {
-    const auto all = [](const CellBall&) { return 0.; };
+    const auto anyOrder = [](const CellBall&) { return 0.; };
     octree.visit(
-        all, [] { return 0.; },
+        anyOrder, [] { return 0.; },
         [&](const ConvexPart& cell) {
           for (int k = 0; k < 3; ++k) {
             const auto& [solid, tf] = cell.placed;
-            const fcl::Vector3d along = tf.linear().transpose() * fcl::Vector3d::Unit(k);
-            low_[k] = std::min(low_[k], (tf * solid.support(-along))[k]);
-            high_[k] = std::max(high_[k], (tf * solid.support(along))[k]);
+            const fcl::Vector3d axis = tf.linear().transpose() * fcl::Vector3d::Unit(k);
+            low_[k] = std::min(low_[k], (tf * solid.support(-axis))[k]);
+            high_[k] = std::max(high_[k], (tf * solid.support(axis))[k]);
           }
           return false;
         });
@@ -38,8 +38,8 @@ class BoxAroundCells {
                 high_ = fcl::Vector3d::Constant(-kInfinity);
 };
 
-/// Calls test(part of the first, part of the second) for those that may be at most limit() apart,
-/// until it returns true. If the first is an octree, the second must be one, too.
+/// Calls test(a, b) for the parts a of the first and b of the second that may be at most limit()
+/// apart, until it returns true. If the first is an octree, the second must be one, too.
 template <typename Limit, typename Test>
 void visitPairsInOrder(const ConvexParts& first, const ConvexParts& second, const Limit& limit,
                        const Test& test) {
@@ -55,6 +55,7 @@ void visitPairsInOrder(const ConvexParts& first, const ConvexParts& second, cons
   first.visit([&](const CellBall& ball) { return around.bound(ball); }, limit, visitSecond);
 }
 
+/// As visitPairsInOrder, for any two bodies.
 template <typename Limit, typename Test>
 void visitPairs(const ConvexParts& first, const ConvexParts& second, const Limit& limit,
                 const Test& test) {

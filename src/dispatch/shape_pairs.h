@@ -8,9 +8,10 @@ namespace adaptive_bvh {
 // Distance and contacts of two bodies that are shapes or octrees, whose cells are boxes. The result
 // has the objects in the order of the call. Two shapes or cells that touch have one contact.
 
-/// Lowers query.result. Sets no objects. `parallel`: as in gapOf of two shapes (solid_pair.h).
+/// Lowers query.result to the distance; does not set its objects. `parallel`: see solid_pair.h.
 void distanceOfParts(const ConvexParts& first, const ConvexParts& second, double parallel,
                      const DistanceQuery<double>& query);
+/// Adds contacts to query.result.
 void collideParts(const ConvexParts& first, const ConvexParts& second, double parallel,
                   const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
                   const CollisionQuery<double>& query);

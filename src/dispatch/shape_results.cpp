@@ -10,6 +10,7 @@
 namespace adaptive_bvh {
 namespace {
 
+/// Lowers a query's distance by the triangles that a search finds.
 class ShapeDistance {
  public:
   ShapeDistance(const ShapeSearch& search, const DistanceQuery<double>& query, double enough)
@@ -26,6 +27,7 @@ class ShapeDistance {
   }
 
  private:
+  /// Tests a triangle. Returns whether the search is over.
   bool take(int triangle) {
     const TriangleGap gap = search_.triangles.gap(triangle);
     if (!(gap.distance < query_.result.min_distance)) return isOver();
@@ -35,7 +37,7 @@ class ShapeDistance {
                          search_.triangles.inWorld(gap.points.second));
     return query_.isSatisfied() || query_.result.min_distance <= enough_ || isOver();
   }
-  /// Whether a plane proves that no triangle is nearer. Tried after many tests, then twice as many.
+  /// Whether a plane proves that no triangle is nearer. Tried at intervals that double.
   bool isOver() {
     if (++tests_ < next_check_ || nearest_.distance < 0) return false;
     next_check_ = 2 * tests_;
@@ -66,6 +68,7 @@ class ShapeDistance {
   int tests_ = 0, next_check_;
 };
 
+/// Adds the contacts and cost sources of the triangles that a search finds.
 class ShapeContacts {
  public:
   ShapeContacts(const ShapeSearch& search, const fcl::CollisionGeometryd& mesh,
@@ -115,9 +118,9 @@ class ShapeContacts {
     const TrianglePoints<double> x = placed[triangle];
     return fcl::AABBd(placed.tf * x[0], placed.tf * x[1], placed.tf * x[2]);
   }
-  void addCost(const fcl::AABBd& of_mesh) const {
+  void addCost(const fcl::AABBd& mesh_box) const {
     fcl::AABBd common;
-    of_mesh.overlap(box_, common);
+    mesh_box.overlap(box_, common);
     query_.result.addCostSource(fcl::CostSourced(common, mesh_.cost_density * shape_.cost_density),
                                 query_.request.num_max_cost_sources);
   }
@@ -143,6 +146,7 @@ class ShapeContacts {
     fcl::computeBV(box, box_tf, around);
     addCost(around);
   }
+  /// Whether the shape touches a face of a box with the corners x.
   bool touchesSurface(const std::array<fcl::Vector3d, 8>& x) const {
     const std::size_t faces[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6},
                                       {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7},

@@ -16,38 +16,38 @@
 
 namespace adaptive_bvh {
 
-/// Lower bounds of the distances of a four-wide tree's boxes from a shape: the larger of the gaps
-/// in the shape's axes and in the tree's axes. docs/bounds.md, 13.
+/// Lower bounds of the distances of a four-wide tree's boxes from a shape's core (ShapeCore): the
+/// larger of the gaps in the core's axes and in the tree's axes. docs/bounds.md, 13.
 class ShapeInTree {
  public:
   ShapeInTree(const ShapeCore& core, const fcl::Transform3d& shape_tf, const WideTree& tree,
               const fcl::Transform3d& mesh_tf) {
     const double scale = tree.scale();
     const fcl::Matrix3d to_core = core.axes.transpose() * shape_tf.linear().transpose();
-    const fcl::Matrix3d m =
-        to_core * mesh_tf.linear() * tree.toBody().transpose() / scale;  // a rotation
+    const fcl::Matrix3d rotation =  // from the tree's axes to the core's
+        to_core * mesh_tf.linear() * tree.toBody().transpose() / scale;
     const fcl::Vector3d origin = mesh_tf.linear() * tree.origin() + mesh_tf.translation();
     const fcl::Vector3d in_core = to_core * (origin - shape_tf.translation());  // the tree's origin
     // The origin is the core's point nearest to the tree: there single precision is most accurate.
     const fcl::Vector3d nearest = in_core.cwiseMax(core.low).cwiseMin(core.high);
-    const fcl::Vector3d t = scale * (in_core - nearest);
-    const double numbers = tree.origin().lpNorm<1>() + 6 / scale +
-                           mesh_tf.translation().lpNorm<1>() + shape_tf.translation().lpNorm<1>() +
-                           nearest.lpNorm<1>() + core.radius;
-    const double off = 16 * scale * numbers * std::numeric_limits<double>::epsilon();
-    const double margin = kUnit * (160 + 32 * t.lpNorm<1>()) + off;
+    const fcl::Vector3d translation = scale * (in_core - nearest);
+    const double coordinates =
+        tree.origin().lpNorm<1>() + 6 / scale + mesh_tf.translation().lpNorm<1>() +
+        shape_tf.translation().lpNorm<1>() + nearest.lpNorm<1>() + core.radius;
+    const double double_error = 16 * scale * coordinates * std::numeric_limits<double>::epsilon();
+    const double margin = kUnit * (160 + 32 * translation.lpNorm<1>()) + double_error;
     is_precise_ = margin < 1e6 && !core.low.hasNaN() && !core.high.hasNaN();
     if (!is_precise_) return;
-    change_ = FrameChange(m, t, margin);
+    change_ = FrameChange(rotation, translation, margin);
     const fcl::Vector3d low = scale * (core.low - nearest), high = scale * (core.high - nearest);
-    setEnds(low, high, in_core_);
+    setBox(low, high, in_core_);
     if (low.allFinite() && high.allFinite()) {
-      const fcl::Vector3d center = m.transpose() * ((low + high) / 2 - t);
+      const fcl::Vector3d center = rotation.transpose() * ((low + high) / 2 - translation);
       const fcl::Vector3d half =
-          m.transpose().cwiseAbs() * (high - low) / 2 + fcl::Vector3d::Constant(margin);
-      setEnds(center - half, center + half, in_tree_);
+          rotation.transpose().cwiseAbs() * (high - low) / 2 + fcl::Vector3d::Constant(margin);
+      setBox(center - half, center + half, in_tree_);
     } else {
-      setEnds(fcl::Vector3d::Constant(-kMost), fcl::Vector3d::Constant(kMost), in_tree_);
+      setBox(fcl::Vector3d::Constant(-kMost), fcl::Vector3d::Constant(kMost), in_tree_);
     }
     scale_ = scale;
     radius_ = core.radius;
@@ -73,20 +73,20 @@ class ShapeInTree {
   static constexpr double kMost = 1e18;
 
   /// Sets all lanes to one box, rounded outward.
-  static void setEnds(const fcl::Vector3d& low, const fcl::Vector3d& high, Boxes4& ends) {
+  static void setBox(const fcl::Vector3d& low, const fcl::Vector3d& high, Boxes4& boxes) {
     const auto end = [](double x, double outward) -> Float4 {
       x += outward * 2 * kUnit * std::abs(x);
       return float4::all(static_cast<float>(std::max(-kMost, std::min(x, kMost))));
     };
     for (int k = 0; k < 3; ++k) {
-      ends.low[k] = end(low[k], -1);
-      ends.high[k] = end(high[k], 1);
+      boxes.low[k] = end(low[k], -1);
+      boxes.high[k] = end(high[k], 1);
     }
   }
 
   FrameChange change_;        ///< from the tree's coordinates to the core's
   Boxes4 in_core_, in_tree_;  ///< the core's box in all lanes, in its own and in the tree's axes
-  double scale_ = 1, radius_ = 0;
+  double scale_ = 1, radius_ = 0;  ///< of the tree's coordinates; of the shape around its core
   bool is_precise_;
 };
 
@@ -167,17 +167,17 @@ class MeshShapeSearch final : public ShapeSearch {
     return TreeWalk(mesh_.tree())
         .nearestFirst(
             keysOf, [&] { return limit; },
-            [&](const WideNode& at, unsigned lanes, const Float4& keys) {
+            [&](const WideNode& leaf, unsigned lanes, const Float4& keys) {
               for (; lanes; lanes &= float4::bits(keys <= float4::all(limit))) {
                 const int lane = leastLane(keys, lanes);
                 lanes &= ~(1u << lane);
-                if (test(triangleOf(at, lane))) return true;
+                if (test(triangleOf(leaf, lane))) return true;
                 limit = limitOfKeys();
               }
               return false;
             });
   }
-  /// More tests than a search takes if boxes separate the triangles. From far away they do not.
+  /// Number of tests which shows that boxes do not separate the triangles; fewer from far away.
   int maxBoxTests() const {
     constexpr double kFar = 32;  // radii of the mesh
     constexpr int kTests = 1024, kTestsFromFar = 192;
@@ -186,8 +186,8 @@ class MeshShapeSearch final : public ShapeSearch {
     const auto positions = static_cast<int>(mesh_.tree().slots().used());  // LineToCore reads these
     return is_far ? kTestsFromFar + positions / 128 : kTests + positions / 32;
   }
-  /// Lowers the distance in a few steps: tests the triangle nearest to the shape's nearest point,
-  /// or to its farthest point towards the mesh. Returns whether a test was true.
+  /// Lowers the distance in a few steps: tests the mesh's triangle nearest to the shape's nearest
+  /// point, or to its farthest point towards the mesh. Returns whether a test was true.
   bool improve(const DistanceQuery<double>& query, const PointPair<double>& points,
                const Test& test) const {
     constexpr int kMostSteps = 4;
@@ -206,6 +206,7 @@ class MeshShapeSearch final : public ShapeSearch {
         break;
     return is_over;
   }
+  /// Prepares bounds along the line between the nearest points so far.
   void prepareLine(const NearLanes& near, const PointPair<double>& points, LineToCore& line) const {
     const fcl::Matrix3d to_mesh = to_mesh_.R * core_.axes;
     const fcl::Vector3d half = (core_.high - core_.low) / 2,
@@ -219,6 +220,7 @@ class MeshShapeSearch final : public ShapeSearch {
         core_.axes.transpose() * to_mesh_.R.transpose() * (mesh_.tree().origin() - to_mesh_.T);
     return to_mesh_(fcl::Vector3d(core_.axes * in_core.cwiseMax(core_.low).cwiseMin(core_.high)));
   }
+  /// The lane in `lanes` with the least gap.
   static int leastLane(const Float4& gaps, unsigned lanes) {
     int least = __builtin_ctz(lanes);
     for (; lanes; lanes &= lanes - 1)
@@ -231,7 +233,7 @@ class MeshShapeSearch final : public ShapeSearch {
 
   const PlacedMesh& mesh_;
   const ShapeCore core_;
-  const RelativePlacement to_mesh_;  ///< from the shape's frame
+  const RelativePlacement to_mesh_;  ///< from the shape's frame to the mesh's
   const ShapeInTree in_tree_;
 };
 

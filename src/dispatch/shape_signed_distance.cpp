@@ -13,12 +13,13 @@
 namespace adaptive_bvh {
 namespace {
 
-/// A shape as the target of DepthSearch, in its own frame. Supporting planes bound the depth.
+/// A shape as the target of DepthSearch, in its own frame. Supporting planes bound the depth. (The
+/// functions of target and source are described at DepthSearch.)
 class ShapeTarget {
  public:
   static constexpr bool kIsConvex = true;
-  /// A plane n x = d that supports the shape from above. No point in the shape is deeper than its
-  /// distance from this plane.
+  /// A supporting plane n x = d, beyond which no point of the shape lies. No point in the shape is
+  /// deeper than its distance from this plane.
   struct Witness {
     fcl::Vector3d n = fcl::Vector3d::Zero();
     double d = 0;
@@ -31,7 +32,7 @@ class ShapeTarget {
   explicit ShapeTarget(const Solid& shape) : shape_(shape) {}
 
   WitnessBound boundBy(const Witness& plane) const { return {plane}; }
-  double overBox(const WitnessBound& bound, const TurnedBox& box) const {
+  double overBox(const WitnessBound& bound, const OrientedBox& box) const {
     return bound(box.middle) + (bound.plane.n.transpose() * box.halves).cwiseAbs().sum();
   }
   void measure(DepthPoint<Witness>& point, const Witness&) const {
@@ -79,7 +80,7 @@ class ShapeSource {
   }
   template <typename Search>
   void openBox(int, int, Search&, int) const {}
-  TurnedBox boxOf(int, int) const { return {}; }
+  OrientedBox boxOf(int, int) const { return {}; }
 
   template <typename Point>
   Vector between(const Point& a, const Point& b, double share, std::uint8_t chart,
@@ -99,6 +100,7 @@ class ShapeSource {
   }
 
  private:
+  /// The index of a chart in charts_.
   std::uint8_t numberOf(const SurfaceChart& chart) {
     for (std::uint8_t i = 0; i < count_; ++i)
       if (charts_[i] == chart) return i;
@@ -110,7 +112,7 @@ class ShapeSource {
   const RelativePlacement to_target_;
   std::array<SurfaceChart, 3> charts_ = {SurfaceChart::flat(), SurfaceChart::flat(),
                                          SurfaceChart::flat()};
-  std::uint8_t count_ = 0;
+  std::uint8_t count_ = 0;  ///< of charts_ in use
 };
 
 /// Computes the signed distance of a mesh and a shape.
@@ -138,6 +140,7 @@ class MeshAndShape {
   }
 
  private:
+  /// The signed distance to a bounded shape.
   SignedDistance<double> distanceTo(const Solid& solid) const {
     const ShapeTarget target(solid);
     const Nearest nearest = findNearest();

@@ -15,7 +15,7 @@
 
 namespace adaptive_bvh {
 
-/// The distance from which on a query discards candidates, like FCL.
+/// Candidates at this distance or farther do not matter to a query, as in FCL.
 inline double limitOf(const DistanceQuery<double>& query) {
   const double found = query.result.min_distance;
   return std::max(found - query.request.abs_err, found / (1 + query.request.rel_err));
@@ -48,7 +48,7 @@ struct QueryTriangles {
   const double coordinate_sum;  ///< upper bound of |x| + |y| + |z| of the points
 };
 
-/// Triangles of a query and a shape: tests of triangles in the shape's frame.
+/// The triangles of a query and a shape: tests each triangle, in the shape's frame.
 class ShapeTriangles {
  public:
   ShapeTriangles(const QueryTriangles& triangles, const PlacedSolid& shape)
@@ -89,6 +89,7 @@ class ShapeTriangles {
     return DistanceRounding(2 * nearest.first.lpNorm<1>() + nearest.second.lpNorm<1>() +
                             4 * triangles_.coordinate_sum);
   }
+  /// Transforms a point, or a direction, from the shape's frame to the world.
   fcl::Vector3d inWorld(const fcl::Vector3d& x) const { return shape_tf_ * x; }
   fcl::Vector3d turnedToWorld(const fcl::Vector3d& direction) const {
     return shape_tf_.linear() * direction;
@@ -97,7 +98,7 @@ class ShapeTriangles {
  private:
   /// Whether all triangles are at least `least` from the shape along a unit vector in its frame.
   bool areApart(fcl::Vector3d along, double least) const {
-    double shape_end;
+    double shape_end;  // the largest coordinate of the shape's points along the vector
     if (const FlatSolid* const flat = shape_.flat()) {
       const double side = flat->normal().dot(along) < 0 ? -1 : 1;
       along = side * flat->normal();
@@ -106,12 +107,12 @@ class ShapeTriangles {
       shape_end = along.dot(shape_.support(along));
     }
     const fcl::Vector3d in_mesh = to_shape_.R.transpose() * along;
-    const double from = shape_end + least - along.dot(to_shape_.T);
+    const double mesh_begin = shape_end + least - along.dot(to_shape_.T);
     constexpr int kSampleStride = 32;  // a sample is tested first, because it often decides
     for (const int stride : {kSampleStride, 1})
       for (int i = 0; i < triangles_.count; i += stride)
         for (const fcl::Vector3d& x : triangles_[i])
-          if (!(in_mesh.dot(x) >= from)) return false;
+          if (!(in_mesh.dot(x) >= mesh_begin)) return false;
     return true;
   }
 
@@ -140,11 +141,11 @@ class ShapeSearch {
   const ShapeTriangles triangles;
 
  protected:
-  ShapeSearch(const QueryTriangles& of, const PlacedSolid& shape) : triangles(of, shape) {}
+  ShapeSearch(const QueryTriangles& mesh, const PlacedSolid& shape) : triangles(mesh, shape) {}
 };
 
-/// Lowers query.result to the distance of triangles and a shape. Sets no objects. Stops as soon as
-/// the distance is at most `enough`.
+/// Lowers query.result to the distance of triangles and a shape; does not set its objects. Stops as
+/// soon as the distance is at most `enough`.
 void distanceToShape(const ShapeSearch& search, const DistanceQuery<double>& query,
                      double enough = 0);
 

@@ -10,24 +10,24 @@ using fcl::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Half the sides of the axis-aligned box around a rotated box.
-Vector3d turnedHalf(const fcl::Matrix3d& rotation, const Vector3d& half) {
+/// Half the sides of the axis-aligned box around a rotated box, given half the sides of that.
+Vector3d rotatedHalf(const fcl::Matrix3d& rotation, const Vector3d& half) {
   return rotation.cwiseAbs() * half;
 }
 
-/// The box around the boxes of the tree's second level, up to 16, each rotated into the world.
+/// The box in the world around the up to 16 boxes of the tree's second level, each rotated.
 WorldBox boxOfMesh(const MeshState& mesh, const fcl::Transform3d& tf) {
   const BodyCoordinates& coordinates = mesh.tree.coordinates();
-  const fcl::Matrix3d turn = tf.linear() * coordinates.axes();
+  const fcl::Matrix3d rotation = tf.linear() * coordinates.axes();
   const Vector3d origin = tf.linear() * coordinates.origin + tf.translation();
   WorldBox box = {Vector3d::Constant(kInfinity), Vector3d::Constant(-kInfinity)};
   const auto add = [&](const Boxes4& boxes, int lane) {
-    const auto corner = [&](const Float4* of) -> Vector3d {
-      return {double(of[0][lane]), double(of[1][lane]), double(of[2][lane])};
+    const auto corner = [&](const Float4* sides) -> Vector3d {
+      return {double(sides[0][lane]), double(sides[1][lane]), double(sides[2][lane])};
     };
     const Vector3d low = corner(boxes.low), high = corner(boxes.high);
-    const Vector3d middle = origin + turn * (low + high) / (2 * coordinates.scale),
-                   half = turnedHalf(turn, (high - low) / (2 * coordinates.scale));
+    const Vector3d middle = origin + rotation * (low + high) / (2 * coordinates.scale),
+                   half = rotatedHalf(rotation, (high - low) / (2 * coordinates.scale));
     box.low = box.low.cwiseMin(middle - half);
     box.high = box.high.cwiseMax(middle + half);
   };
@@ -44,15 +44,16 @@ WorldBox boxOfMesh(const MeshState& mesh, const fcl::Transform3d& tf) {
 }
 
 /// The box in the world around all points within core.radius of the core's box.
-WorldBox turned(const fcl::Transform3d& tf, const ShapeCore& core) {
+WorldBox boxOfCore(const fcl::Transform3d& tf, const ShapeCore& core) {
   if (!core.isBounded()) return {Vector3d::Constant(-kInfinity), Vector3d::Constant(kInfinity)};
-  const fcl::Matrix3d turn = tf.linear() * core.axes;
-  const Vector3d middle = turn * ((core.low + core.high) / 2) + tf.translation();
+  const fcl::Matrix3d rotation = tf.linear() * core.axes;
+  const Vector3d middle = rotation * ((core.low + core.high) / 2) + tf.translation();
   const Vector3d half =
-      turnedHalf(turn, (core.high - core.low) / 2) + Vector3d::Constant(core.radius);
+      rotatedHalf(rotation, (core.high - core.low) / 2) + Vector3d::Constant(core.radius);
   return {middle - half, middle + half};
 }
 
+/// The box around a shape, or around the root cell of an octree.
 WorldBox boxOfParts(const ConvexParts& parts) {
 #if FCL_HAVE_OCTOMAP
   if (parts.isOctree()) {
@@ -60,10 +61,10 @@ WorldBox boxOfParts(const ConvexParts& parts) {
     ShapeCore core;
     core.low = root.min_;
     core.high = root.max_;
-    return turned(parts.tf(), core);
+    return boxOfCore(parts.tf(), core);
   }
 #endif
-  return turned(parts.tf(), parts.shape().core());
+  return boxOfCore(parts.tf(), parts.shape().core());
 }
 
 /// The padding of a box for rounding, and for the error of the rotation, whose effect grows with

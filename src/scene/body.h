@@ -32,9 +32,9 @@ class BodyGeometry {
 
   ObjectKind kind() const { return kind_; }
   bool isMesh() const { return kind_ == ObjectKind::Mesh; }
-  const MeshState& mesh() const;  ///< for meshes only
-  QueryObject at(const fcl::Transform3d& tf) const;
-  /// The object that contacts refer to.
+  const MeshState& mesh() const;                     ///< for meshes only
+  QueryObject at(const fcl::Transform3d& tf) const;  ///< the geometry in a pose
+  /// The object to which contacts point.
   ContactObject reported() const;
   /// The largest sine that rounding of transforms produces for parallel directions.
   double parallel() const { return single_ ? kParallelIn<float> : kParallelIn<double>; }
@@ -51,14 +51,14 @@ struct Body {
   BodyGeometry geometry;
   BodyOptions options;
   fcl::Transform3d tf;
-  fcl::Transform3d start_tf = tf;  ///< transform at the start of the step
+  fcl::Transform3d start_tf = tf;  ///< pose at the start of the step
 
   // State of the last update.
   WorldBox box = {};
   fcl::Vector3d middle = fcl::Vector3d::Zero();  ///< centre of the bounding sphere, in the world
-  double radius = 0;
-  bool has_current_bounds = false;  ///< whether the bounds of a mesh are those of `tf`
-  std::uint64_t mesh_version = 0;   ///< MeshState::version of the bounds
+  double radius = 0;                             ///< of that sphere
+  bool has_current_bounds = false;               ///< whether the bounds of a mesh are those of `tf`
+  std::uint64_t mesh_version = 0;                ///< MeshState::version of the bounds
 
   /// Witness cache: the body that Scene::nearest found last, and the nearest elements of both.
   struct Witness {

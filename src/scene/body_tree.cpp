@@ -11,7 +11,7 @@ namespace adaptive_bvh {
 void BodyTree::clear() { corners_.clear(); }
 
 void BodyTree::update(const std::vector<WorldBox>& boxes) {
-  constexpr double kWorse = 1.5;
+  constexpr double kRebuildGrowth = 1.5;
   const bool is_new = boxes.size() != built_count_;
   corners_.clear();
   for (const WorldBox& box : boxes) {
@@ -19,7 +19,7 @@ void BodyTree::update(const std::vector<WorldBox>& boxes) {
     corners_.push_back(box.high);
   }
   if (!is_new) refit();
-  if (is_new || cost() > kWorse * built_cost_) build();
+  if (is_new || cost() > kRebuildGrowth * built_cost_) build();
 }
 
 void BodyTree::build() {
@@ -49,7 +49,7 @@ void BodyTree::refit() {
   tree_.refit(corners_.data(), coordinates, TaskPool(1));
 }
 
-/// Half the sum of the surface areas of all boxes, except the bodies' own.
+/// Half the sum of the surface areas of the inner nodes' boxes, in the world's units.
 double BodyTree::cost() const {
   double sum = 0;
   for (int n = 0; n < tree_.size(); ++n) {

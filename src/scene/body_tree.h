@@ -11,8 +11,8 @@
 
 namespace adaptive_bvh {
 
-/// A four-wide tree over the boxes of bodies. WideTree bounds triangles, so each body is a triangle
-/// whose vertices are the lowest and the highest corner of its box.
+/// A four-wide tree over boxes of bodies, each given by its index. WideTree bounds triangles, so
+/// each box is a triangle whose vertices are the lowest and the highest corner of the box.
 class BodyTree {
  public:
   /// Refits the tree to these boxes, which must be bounded, and at least one. Rebuilds it if the
@@ -45,10 +45,10 @@ class BodyTree {
   std::vector<fcl::Vector3d> corners_;  ///< lowest and highest corner of each box
   WideTree tree_;
   std::size_t built_count_ = 0;  ///< number of bodies in `tree_`
-  double built_cost_ = 0;
+  double built_cost_ = 0;        ///< cost() after the build
 };
 
-/// Calls a function for each pair of bodies in the leaves that a traversal finds.
+/// A sink of WideSearch: calls found(i, j), i < j, for each pair of bodies in the leaves found.
 template <typename Found>
 class BodyPairSink final : public LeafSink {
  public:
@@ -95,26 +95,27 @@ struct OpenBody {
   }
 };
 
-/// Visits bodies best first. boundOf(boxes, lane) returns a lower bound; infinity skips the box.
+/// Calls visit(body, bound) by increasing bound. `visit` returns the largest bound of interest.
+/// boundOf(boxes, lane) returns a lower bound; infinity skips the box.
 template <typename BoundOf, typename Visit>
 void visitBestFirst(const WideTree& tree, const BoundOf& boundOf, const Visit& visit) {
   const Leased<std::vector<OpenBody>> memory;
   std::vector<OpenBody>& open = *memory;
   open.clear();
   open.push_back({0, 0, false});
-  double end = std::numeric_limits<double>::infinity();
-  while (!open.empty() && open.front().bound <= end) {
+  double largest = std::numeric_limits<double>::infinity();
+  while (!open.empty() && open.front().bound <= largest) {
     std::pop_heap(open.begin(), open.end());
     const OpenBody next = open.back();
     open.pop_back();
     if (next.is_body) {
-      end = visit(static_cast<unsigned>(next.number), next.bound);
+      largest = visit(static_cast<unsigned>(next.number), next.bound);
       continue;
     }
     const WideNode& node = tree.nodes()[next.number];
     for (int i = 0; i < int(node.count); ++i) {
       const double bound = boundOf(node.boxes, i);
-      if (!(bound <= end) || bound == std::numeric_limits<double>::infinity()) continue;
+      if (!(bound <= largest) || bound == std::numeric_limits<double>::infinity()) continue;
       open.push_back({bound,
                       node.isLeaf() ? tree.triangle(unsigned(node.first + i)) : node.below[i],
                       node.isLeaf()});
@@ -145,19 +146,19 @@ template <typename Visit>
 void BodyTree::visitAlongRay(const fcl::Vector3d& origin, const fcl::Vector3d& direction,
                              const Visit& visit) const {
   if (isEmpty()) return;
-  const fcl::Vector3d from = tree_.coordinates()(origin), along = tree_.toBody() * direction;
-  const double error = 1e-14 * from.cwiseAbs().maxCoeff();
+  const fcl::Vector3d start = tree_.coordinates()(origin), slope = tree_.toBody() * direction;
+  const double error = 1e-14 * start.cwiseAbs().maxCoeff();
   const auto boundOf = [&](const Boxes4& boxes, int i) -> double {
     constexpr double kNone = std::numeric_limits<double>::infinity();
     double enter = 0, leave = kNone;
     for (int k = 0; k < 3; ++k) {
-      const double low = double(boxes.low[k][i]) - error - from[k],
-                   high = double(boxes.high[k][i]) + error - from[k];
-      if (along[k] == 0) {
+      const double low = double(boxes.low[k][i]) - error - start[k],
+                   high = double(boxes.high[k][i]) + error - start[k];
+      if (slope[k] == 0) {
         if (low > 0 || high < 0) return kNone;
         continue;
       }
-      const double a = low / along[k], b = high / along[k];
+      const double a = low / slope[k], b = high / slope[k];
       enter = std::max(enter, std::min(a, b) * (1 - 1e-14));
       leave = std::min(leave, std::max(a, b) * (1 + 1e-14));
     }

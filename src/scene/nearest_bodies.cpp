@@ -15,8 +15,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Lowers query.result to the distance of two bodies, if it is smaller. `witness`: elements that
-/// may be near, or -1. Returns whether the result has the bodies in reverse order.
+/// Lowers query.result to the distance of two bodies. `witness`: triangles that may be near, or -1.
+/// Returns whether the result has the bodies in reverse order.
 bool lowerDistance(const Body& a, const Body& b, const std::array<int, 2>& witness,
                    const DistanceQuery<double>& query) {
   if (a.isMesh() && b.isMesh()) {
@@ -54,7 +54,7 @@ bool improve(const Body& a, const Body& b, const std::array<int, 2>& witness,
   return true;
 }
 
-/// Whether a leaf of a mesh may be at most `distance` from the box of another body.
+/// Whether a triangle of a mesh may be at most `distance` from a box.
 bool hasNearLeaf(const Body& mesh, const WorldBox& box, double distance) {
   ShapeCore core;
   core.low = box.low;
@@ -77,7 +77,7 @@ SceneState::Distance SceneState::nearest(BodyId body) {
   const auto tryBody = [&](const Body& other, const std::array<int, 2>& witness) {
     if (&other != &first && admits(first, other)) improve(first, other, witness, best);
   };
-  const auto& last = first.witness;
+  const Body::Witness& last = first.witness;
   const bool has_witness = last.exists && contains(last.other);
   if (has_witness) tryBody(bodies[indexOf(last.other)], last.elements);
   const auto tryOthers = [&](const Body& other) {

@@ -32,7 +32,7 @@ auto vectorsOf(VertexContacts<double>& c) {
                   c.barycentric, c.areas);
 }
 
-/// The sizes of a result's vectors.
+/// The sizes of a result's vectors: a position in the list of results.
 using Mark = std::array<std::size_t, 8>;
 
 template <typename Data>
@@ -60,14 +60,14 @@ void append(Data& from, const Mark& begin, const Mark& end, Data& to) {
 
 /// The range of a pair's results in the list of its thread.
 struct Found {
-  std::size_t slot;
+  std::size_t slot;  ///< number of the thread
   Mark begin, end;
   bool is_reported;
 };
 
-/// Calls query(pair, data) for all pairs, on several threads; it appends results to `data`, and
-/// returns whether the pair is reported. For each reported pair, in order, appends its results to
-/// `found`, then calls take(pair, end of `found`), which returns whether to continue.
+/// Calls query(pair, data) for all pairs, on several threads; `query` appends results to `data`,
+/// and returns whether the pair is reported. For each reported pair, in order, appends its results
+/// to `found`, then calls take(pair, end of `found`), which returns whether to continue.
 template <typename Data, typename Query, typename Take>
 void queryPairs(int threads, const std::vector<BodyPair>& pairs, const Query& query, Data& found,
                 const Take& take) {
@@ -78,30 +78,30 @@ void queryPairs(int threads, const std::vector<BodyPair>& pairs, const Query& qu
     return;
   }
   const Leased<std::vector<Data>> memory;
-  const Leased<std::vector<Found>> parts;
-  std::vector<Data>& of_slot = *memory;
-  std::vector<Found>& of_pair = *parts;
-  of_slot.resize(std::max(of_slot.size(), std::size_t(pool.size())));
-  for (Data& data : of_slot) data.clear();
-  of_pair.resize(pairs.size());
+  const Leased<std::vector<Found>> range_memory;
+  std::vector<Data>& lists = *memory;          // by thread
+  std::vector<Found>& ranges = *range_memory;  // by pair
+  lists.resize(std::max(lists.size(), std::size_t(pool.size())));
+  for (Data& data : lists) data.clear();
+  ranges.resize(pairs.size());
   pool.forEach(static_cast<int>(pairs.size()), [&](int task, int slot) {
-    const auto at = static_cast<std::size_t>(task);
-    Data& data = of_slot[static_cast<std::size_t>(slot)];
-    Found& part = of_pair[at];
-    part.slot = static_cast<std::size_t>(slot);
-    part.begin = endOf(data);
-    part.is_reported = query(pairs[at], data);
-    part.end = endOf(data);
+    const auto pair = static_cast<std::size_t>(task);
+    Data& data = lists[static_cast<std::size_t>(slot)];
+    Found& range = ranges[pair];
+    range.slot = static_cast<std::size_t>(slot);
+    range.begin = endOf(data);
+    range.is_reported = query(pairs[pair], data);
+    range.end = endOf(data);
   });
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const Found& part = of_pair[i];
-    if (!part.is_reported) continue;
-    append(of_slot[part.slot], part.begin, part.end, found);
+    const Found& range = ranges[i];
+    if (!range.is_reported) continue;
+    append(lists[range.slot], range.begin, range.end, found);
     if (!take(pairs[i], endOf(found))) return;
   }
 }
 
-/// Inserts the bodies with self_collision into sorted pairs.
+/// Inserts pairs (i, i) of the bodies with self_collision into sorted pairs of indices.
 void addSelfPairs(const std::vector<Body>& bodies, std::vector<BodyPair>& pairs) {
   const std::size_t before = pairs.size();
   for (unsigned i = 0; i < bodies.size(); ++i)
@@ -109,15 +109,15 @@ void addSelfPairs(const std::vector<Body>& bodies, std::vector<BodyPair>& pairs)
   std::inplace_merge(pairs.begin(), pairs.begin() + std::ptrdiff_t(before), pairs.end());
 }
 
-/// A body of a query for contacts, and the object that these refer to.
+/// A body of a query for contacts, and the object to which contacts point.
 struct CollidingBody {
-  explicit CollidingBody(const Body& of) : body(of), object(of.geometry.reported()) {}
+  explicit CollidingBody(const Body& b) : body(b), object(b.geometry.reported()) {}
 
   const Body& body;
   const ContactObject object;
 };
 
-/// A contact with `first` as its first body, and without its objects.
+/// Returns a contact with `first` as its first body, and without pointers to objects.
 fcl::Contactd inOrder(fcl::Contactd contact, const CollidingBody& first) {
   if (contact.o1 != &first.object) {
     std::swap(contact.b1, contact.b2);
@@ -170,13 +170,14 @@ bool collidePair(const Body& a, const Body& b, const SceneCollisionRequest& requ
   return result.isCollision();
 }
 
+/// The mark as an offset of the type to which the second argument points.
 std::size_t offsetOf(const Mark& mark, const std::size_t*) { return mark[0]; }
 std::array<std::size_t, 3> offsetOf(const Mark& mark, const std::array<std::size_t, 3>*) {
   return {mark[0], mark[1], mark[2]};
 }
 
 /// Overwrites `result`, of which `found` is a member, by the results of query(first, second, data)
-/// for all pairs, as in queryPairs. With `first_only` stops at the first reported pair.
+/// for all pairs, as in queryPairs. If `first_only`, stops at the first reported pair.
 template <typename Query, typename Result, typename Data>
 void collect(const std::vector<Body>& bodies, int threads, const std::vector<BodyPair>& pairs,
              const Query& query, Result& result, Data& found, bool first_only = false) {
@@ -186,8 +187,8 @@ void collect(const std::vector<Body>& bodies, int threads, const std::vector<Bod
   found.clear();
   queryPairs(
       first_only ? 1 : threads, pairs,
-      [&](const BodyPair& pair, Data& of_pair) {
-        return query(bodies[pair.first], bodies[pair.second], of_pair);
+      [&](const BodyPair& pair, Data& data) {
+        return query(bodies[pair.first], bodies[pair.second], data);
       },
       found,
       [&](const BodyPair& pair, const Mark& mark) {
@@ -197,7 +198,7 @@ void collect(const std::vector<Body>& bodies, int threads, const std::vector<Bod
       });
 }
 
-/// Does `collect` with query(first, second, near), which overwrites `near`. Reports pairs with any.
+/// `collect` with query(first, second, near), which overwrites `near`. Reports pairs with results.
 template <typename Query, typename Result>
 void collectFound(const std::vector<Body>& bodies, int threads, const std::vector<BodyPair>& pairs,
                   const Query& query, Result& result) {

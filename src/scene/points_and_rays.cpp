@@ -41,7 +41,7 @@ void improveByParts(const Body& body, const fcl::Vector3d& x, ScenePoint<double>
       });
 }
 
-/// A ray, and its first hit with the bodies that were tested.
+/// A ray in the world, and its first hit with the bodies tested so far.
 class SceneRay {
  public:
   SceneRay(const Line& line, const RayRange<double>& range, bool single)
@@ -51,7 +51,7 @@ class SceneRay {
 
   const Line& line() const { return line_; }
   const SceneRayHit<double>& best() const { return best_; }
-  /// The t beyond which no hits are needed.
+  /// The t beyond which hits do not matter.
   double end() const { return std::min(best_.hit.t, range_.end); }
 
   void test(const Body& body) { body.isMesh() ? testMesh(body) : testParts(body); }
@@ -65,12 +65,12 @@ class SceneRay {
     RayHit<double> first = {kNone, -1, 0, 0};
     const auto keepFirst = [&](int triangle, const RayTriangle::Hit& hit) -> double {
       const double t = rounded(hit.t);
-      if (isIn(t) && (t < first.t || (t == first.t && triangle < first.triangle)))
+      if (isInRange(t) && (t < first.t || (t == first.t && triangle < first.triangle)))
         first = {t, triangle, hit.u, hit.v};
       return std::min(first.t, end());
     };
     RayWalk(body.mesh()).search(origin, direction, range_.begin, end(), keepFirst);
-    take(body.id, first);
+    keep(body.id, first);
   }
   void testParts(const Body& body) {
     const auto bound = [&](const CellBall& ball) {
@@ -83,7 +83,7 @@ class SceneRay {
     object.parts().visit(
         bound, [&] { return std::min(end(), std::numeric_limits<double>::max()); },
         [&](const ConvexPart& part) {
-          take(body.id, {crossing(part.placed), int(part.id), 0, 0});
+          keep(body.id, {crossing(part.placed), int(part.id), 0, 0});
           return false;
         });
   }
@@ -94,15 +94,16 @@ class SceneRay {
         {to_shape * (line_.origin - placed.tf.translation()), to_shape * line_.direction});
     if (found.isEmpty()) return kNone;
     for (const double end : {found.enter, found.leave})
-      if (const double t = rounded(end); isIn(t)) return t + 0.;  // not -0
+      if (const double t = rounded(end); isInRange(t)) return t + 0.;  // not -0
     return kNone;
   }
   /// Rounds t as in the result, so that hits with equal results are ordered by body and triangle.
   double rounded(double t) const {
     return single_ ? static_cast<double>(static_cast<float>(t)) : t;
   }
-  bool isIn(double t) const { return t >= range_.begin && t <= range_.end && t < kNone; }
-  void take(BodyId body, const RayHit<double>& hit) {
+  bool isInRange(double t) const { return t >= range_.begin && t <= range_.end && t < kNone; }
+  /// Keeps a hit if it is the first one so far.
+  void keep(BodyId body, const RayHit<double>& hit) {
     const bool is_smaller = body < best_.body && hit.t < kNone;
     if (hit.t < best_.hit.t || (hit.t == best_.hit.t && is_smaller)) best_ = {body, hit};
   }

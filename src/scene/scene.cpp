@@ -21,6 +21,7 @@ namespace adaptive_bvh {
 /// A scene in double precision, and the caller's geometries and transforms.
 template <typename S>
 struct Scene<S>::State {
+  /// What the caller passed for a body.
   struct Given {
     std::shared_ptr<const Geometry> owned;  ///< null if the scene only refers to the geometry
     const Geometry* geometry;
@@ -33,6 +34,7 @@ struct Scene<S>::State {
 
 namespace {
 
+/// Throws std::invalid_argument if a geometry does not allow the options.
 void requireOptions(const BodyGeometry& geometry, const BodyOptions& options) {
   if (options.self_collision && !geometry.isMesh())
     throw std::invalid_argument("adaptive_bvh: only a mesh can collide with itself");
@@ -79,14 +81,14 @@ BodyId Scene<S>::add(std::shared_ptr<const Geometry> geometry, const Transform& 
 
 template <typename S>
 BodyId Scene<S>::add(const Geometry& geometry, const Transform& tf, const BodyOptions& options) {
-  const BodyGeometry of_body(geometry);
+  const BodyGeometry in_double(geometry);
   requireRigid(tf);
-  requireOptions(of_body, options);
+  requireOptions(in_double, options);
   SceneState& scene = state_->scene;
   state_->given.push_back({nullptr, &geometry, tf});
   try {
     scene.bodies.push_back(
-        {scene.next_id, of_body, options, fcl::Transform3d(tf.template cast<double>())});
+        {scene.next_id, in_double, options, fcl::Transform3d(tf.template cast<double>())});
   } catch (...) {
     state_->given.pop_back();
     throw;
@@ -110,17 +112,17 @@ void Scene<S>::setTransform(BodyId body, const Transform& tf) {
   const std::size_t index = state_->scene.indexOf(body);
   requireRigid(tf);
   state_->given[index].tf = tf;
-  Body& at = state_->scene.bodies[index];
-  at.tf = tf.template cast<double>();
-  at.has_current_bounds = false;
+  Body& changed = state_->scene.bodies[index];
+  changed.tf = tf.template cast<double>();
+  changed.has_current_bounds = false;
   state_->scene.is_current = false;
 }
 
 template <typename S>
 void Scene<S>::setOptions(BodyId body, const BodyOptions& options) {
-  Body& at = state_->scene.bodies[state_->scene.indexOf(body)];
-  requireOptions(at.geometry, options);
-  at.options = options;
+  Body& changed = state_->scene.bodies[state_->scene.indexOf(body)];
+  requireOptions(changed.geometry, options);
+  changed.options = options;
 }
 
 template <typename S>

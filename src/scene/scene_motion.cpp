@@ -20,6 +20,7 @@ const std::vector<fcl::Vector3d>& startOf(const MeshState& mesh) {
   return mesh.previous.empty() ? mesh.vertices : mesh.previous;
 }
 
+/// The motion of a mesh in the step.
 PlacedMotion motionOf(const Body& body, PlacedMotion::Memory& memory) {
   const MeshState& mesh = body.mesh();
   return {mesh, startOf(mesh).data(), mesh.vertices.data(), body.start_tf, body.tf, memory};
@@ -33,9 +34,9 @@ WorldBox unionOf(const WorldBox& a, const WorldBox& b) {
 WorldBox sweptBoxOfMesh(const Body& body) {
   fcl::Vector3d low = body.box.low, high = body.box.high;
   for (const fcl::Vector3d& x : startOf(body.mesh())) {
-    const fcl::Vector3d at = body.start_tf * x;
-    low = low.cwiseMin(at);
-    high = high.cwiseMax(at);
+    const fcl::Vector3d start = body.start_tf * x;
+    low = low.cwiseMin(start);
+    high = high.cwiseMax(start);
   }
   // For the rounding of positions in the world.
   const double margin = std::numeric_limits<double>::epsilon() * 8 *
@@ -43,6 +44,7 @@ WorldBox sweptBoxOfMesh(const Body& body) {
   return {low.array() - margin, high.array() + margin};
 }
 
+/// The box around a body's motion; unbounded for a plane or half-space.
 WorldBox sweptBoxOf(const Body& body, double turn_error) {
   if (body.isMesh()) return sweptBoxOfMesh(body);
   return body.box.isBounded() ? unionOf(body.box, boxAround(body, body.start_tf, turn_error))
@@ -153,12 +155,12 @@ struct SweptBody {
 /// The first impact of two bodies, at least one of which is not a mesh.
 Impact convexImpact(const SweptBody& a, const SweptBody& b, double separation) {
   Impact best;
-  const auto with = [&](const SweptBody& of, const WorldBox& other, const auto& use) {
-    of.body.isMesh() ? withTriangles(of.body, other, separation, use)
-                     : withShapes(of.body, of.box, other, separation, use);
+  const auto withParts = [&](const SweptBody& swept, const WorldBox& other, const auto& use) {
+    swept.body.isMesh() ? withTriangles(swept.body, other, separation, use)
+                        : withShapes(swept.body, swept.box, other, separation, use);
   };
-  with(a, b.box, [&](const MovingParts& first) {
-    with(b, a.box, [&](const MovingParts& second) {
+  withParts(a, b.box, [&](const MovingParts& first) {
+    withParts(b, a.box, [&](const MovingParts& second) {
       best = firstContact(first, second, separation, a.body.geometry.parallel());
     });
   });
@@ -182,7 +184,7 @@ struct SweptBodies {
   std::vector<WorldBox> boxes;               ///< of the bounded bodies
   BodyTree tree;
   std::vector<BodyPair> pairs;
-  std::vector<Impact> impacts;
+  std::vector<Impact> impacts;  ///< by pair
 };
 
 }  // namespace
@@ -223,9 +225,9 @@ SceneImpact SceneState::earliestImpact(double separation) const {
   swept.impacts.assign(swept.pairs.size(), Impact());
   const TaskPool pool(swept.pairs.size() > 1 ? threads : 1);
   pool.forEach(static_cast<int>(swept.pairs.size()), [&](int task, int) {
-    const auto at = static_cast<std::size_t>(task);
-    const auto [a, b] = swept.pairs[at];
-    swept.impacts[at] =
+    const auto pair = static_cast<std::size_t>(task);
+    const auto [a, b] = swept.pairs[pair];
+    swept.impacts[pair] =
         impactOf({bodies[a], swept.all_boxes[a]}, {bodies[b], swept.all_boxes[b]}, separation);
   });
   SceneImpact best;

@@ -4,8 +4,8 @@
 
 namespace adaptive_bvh {
 
-// Rounds a scene's results to float, like query/single_precision.h. Contacts have no objects
-// yet: Scene::collisions sets them.
+// Rounds a scene's results to float, like query/single_precision.h. The objects of contacts are
+// not set; Scene::collisions sets them.
 void narrow(const SceneCollisions<double>& from, SceneCollisions<float>& to);
 void narrow(const SceneTrianglePairs<double>& from, SceneTrianglePairs<float>& to);
 void narrow(const SceneVertexContacts<double>& from, SceneVertexContacts<float>& to);

@@ -6,6 +6,7 @@
 
 #include "base/task_pool.h"
 
+// Bodies of a scene: the update of their bounds, and which pairs count.
 namespace adaptive_bvh {
 namespace {
 
@@ -13,22 +14,23 @@ BodyPair sorted(BodyId a, BodyId b) { return {std::min(a, b), std::max(a, b)}; }
 
 }  // namespace
 
+/// The first body whose id is not less than `id`.
 std::vector<Body>::const_iterator SceneState::find(BodyId id) const {
   return std::lower_bound(bodies.begin(), bodies.end(), id,
                           [](const Body& body, BodyId x) { return body.id < x; });
 }
 
 std::size_t SceneState::indexOf(BodyId id) const {
-  const auto at = find(id);
-  if (at == bodies.end() || at->id != id)
+  const auto found = find(id);
+  if (found == bodies.end() || found->id != id)
     throw std::invalid_argument("adaptive_bvh: there is no body " + std::to_string(id) +
                                 " in the scene");
-  return static_cast<std::size_t>(at - bodies.begin());
+  return static_cast<std::size_t>(found - bodies.begin());
 }
 
 bool SceneState::contains(BodyId id) const {
-  const auto at = find(id);
-  return at != bodies.end() && at->id == id;
+  const auto found = find(id);
+  return found != bodies.end() && found->id == id;
 }
 
 void SceneState::requireCurrent() const {
@@ -72,15 +74,15 @@ void SceneState::ignore(BodyId first, BodyId second) {
   indexOf(first);
   indexOf(second);
   const BodyPair pair = sorted(first, second);
-  const auto at = std::lower_bound(ignored.begin(), ignored.end(), pair);
-  if (at == ignored.end() || *at != pair) ignored.insert(at, pair);
+  const auto place = std::lower_bound(ignored.begin(), ignored.end(), pair);
+  if (place == ignored.end() || *place != pair) ignored.insert(place, pair);
 }
 void SceneState::unignore(BodyId first, BodyId second) {
   indexOf(first);
   indexOf(second);
   const BodyPair pair = sorted(first, second);
-  const auto at = std::lower_bound(ignored.begin(), ignored.end(), pair);
-  if (at != ignored.end() && *at == pair) ignored.erase(at);
+  const auto place = std::lower_bound(ignored.begin(), ignored.end(), pair);
+  if (place != ignored.end() && *place == pair) ignored.erase(place);
 }
 void SceneState::ignoreNeighbours(const std::vector<BodyId>& chain) {
   for (const BodyId body : chain) indexOf(body);

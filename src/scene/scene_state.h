@@ -17,7 +17,7 @@ struct SceneState {
   /// limits of distances are compared after rounding to float.
   explicit SceneState(bool is_single) : single(is_single) {}
 
-  bool single;
+  bool single;               ///< whether this is the state of a Scene<float>
   std::vector<Body> bodies;  ///< by increasing id
   BodyId next_id = 0;
   std::vector<BodyPair> ignored;  ///< sorted; each has the smaller id first
@@ -26,9 +26,9 @@ struct SceneState {
 
   // State of the last update. Bodies are identified by their index in `bodies`.
   bool is_current = true;
-  std::vector<unsigned> in_tree, unbounded;
-  BodyTree tree;
-  std::vector<WorldBox> boxes;  ///< of the bodies in the tree
+  std::vector<unsigned> in_tree, unbounded;  ///< bodies with a bounded box, and others
+  BodyTree tree;                             ///< its body i is in_tree[i]
+  std::vector<WorldBox> boxes;               ///< of the bodies in the tree
 
   Distance last_nearest;  ///< witness cache: the pair that `distance` found last
 
@@ -37,7 +37,7 @@ struct SceneState {
   bool contains(BodyId id) const;
   /// Throws std::logic_error if bodies, transforms or meshes have changed since the last update.
   void requireCurrent() const;
-  void update();
+  void update();  ///< computes the bounds of all bodies, and the tree
 
   // ---- Which pairs count
 
@@ -48,7 +48,7 @@ struct SceneState {
   void forget(BodyId body);
   bool admits(const Body& a, const Body& b) const;
 
-  /// Largest deviation from a rotation of a matrix that requireRigid accepts, plus rounding.
+  /// How far a matrix that requireRigid accepts may be from a rotation, plus rounding.
   double turnError() const { return single ? 2e-3 : 2e-6; }
   /// An upper bound of a distance in the world that was measured in the frame of either body.
   double slack(double distance) const { return distance * (1 + turnError()); }

@@ -1,3 +1,4 @@
+// Contacts of two meshes, and of a mesh with itself: a TriangleSearch with CandidateTests.
 #include "query/contacts/contacts.h"
 
 #include <algorithm>
@@ -12,7 +13,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Tests two triangles of a query and adds their contacts to the result.
+/// The sink of CandidateTests: tests two triangles and adds their contacts to the result.
 class ContactSink {
  public:
   /// `is_self`: both meshes are the same mesh in the same pose. Then the triangle with the smaller
@@ -34,8 +35,10 @@ class ContactSink {
 
   /// Adds the contacts of two triangles that touch, neither of which is thin.
   void add(int triangle1, int triangle2) const { test(triangle1, triangle2, true); }
+  /// Adds the contacts of two triangles if the exact test finds that they touch.
   void test(int triangle1, int triangle2) const { test(triangle1, triangle2, false); }
   bool isDone() const { return request.isSatisfied(*result); }
+  /// Whether so few contacts are wanted that the search is likely to end early.
   bool needsFew() const { return request.num_max_contacts <= 8; }
 
  private:
@@ -52,15 +55,15 @@ class ContactSink {
   const IgnoredPairs* const ignored_;
 };
 
-/// A worker of a contact query on one thread (SearchTasks). It has its own contacts; each task adds
-/// at most as many as the query has room for.
+/// The part of a contact query that runs on one thread, as a worker of SearchTasks. It collects the
+/// contacts of its tasks; each task adds at most `room`.
 template <typename Frame>
 class ContactWorker {
  public:
-  using Mark = std::size_t;
+  using Mark = std::size_t;              ///< number of contacts collected so far
   using Memory = fcl::CollisionResultd;  ///< kept from query to query
 
-  /// `sink`: the query's. `limit`: shared by all workers.
+  /// `sink`: of the query. `room`: of the query's result, in contacts. `limit`: of all workers.
   ContactWorker(const PairInput& input, const Frame& frame, const ContactSink& sink,
                 std::size_t room, ContactLimit& limit, Memory& memory)
       : contacts_(memory),
@@ -73,10 +76,11 @@ class ContactWorker {
   }
 
   Mark mark() const { return contacts_.numContacts(); }
+  /// Runs a task, unless earlier tasks have all contacts wanted.
   void run(const NodePairs& pairs, std::size_t task) {
     if (!limit_.needs(task)) return;
     const std::size_t before = mark();
-    sink_.request.num_max_contacts =
+    sink_.request.num_max_contacts =  // before + room_, at most the largest number
         room_ > ~std::size_t(0) - before ? ~std::size_t(0) : before + room_;
     search_.run(pairs);
     limit_.finish(task, mark() - before, mark());
@@ -92,13 +96,13 @@ class ContactWorker {
   CandidateSearch<Frame, const ContactSink> search_;
 };
 
-/// Number of threads. Costs are kept in an order of their own, so one thread finds them.
+/// Number of threads of the query. One with cost sources, which are not merged from workers.
 int threadsFor(const PairInput& input, const ContactSink& sink) {
   if (sink.request.enable_cost) return 1;
   return std::max(input.first.mesh.query_threads, input.second.mesh.query_threads);
 }
 
-/// Adds the contacts of all tasks to the query's result, in their order.
+/// Runs the tasks on the pool, then adds their contacts to the query's result, in their order.
 template <typename Frame>
 void runTasks(const PairInput& input, const Frame& frame, const ContactSink& sink,
               const WalkTasks& walks, const TaskPool& pool) {
@@ -115,6 +119,7 @@ void runTasks(const PairInput& input, const Frame& frame, const ContactSink& sin
       sink.result->addContact(found.worker->contact(i));
 }
 
+/// Runs the query on one or several threads.
 template <typename Frame>
 void search(const PairInput& input, const Frame& frame, const ContactSink& sink) {
   CandidateSearch<Frame, const ContactSink> search(input.trees(frame), sink, input, frame);
@@ -130,7 +135,7 @@ void collideMeshes(const ContactMesh& first, const ContactMesh& second,
                    const CollisionQuery<double>& query) {
   const ContactSink sink(first, second, query, false);
   TreePair trees(first.placed, second.placed);
-  if (query.request.num_max_contacts > 1) alignIfNear(trees, 0);  // one contact is found soon
+  if (query.request.num_max_contacts > 1) alignIfNear(trees, 0);  // does not pay for one contact
   const PairInput input(trees);
   searchInFrame(
       trees, [&](const auto& frame) { search(input, frame, sink); },
@@ -152,10 +157,10 @@ std::size_t selfCollide(const DeformableMesh<S>& mesh, const fcl::Transform3<S>&
                         NeighbourFilter filter, const IgnoredPairs& ignored) {
   requireRigid(tf);
   requireSortedOfSelf(ignored);
-  const CollisionQuery<S> asked{request, result};
-  if (request.num_max_contacts == 0 || asked.isSatisfied()) return result.numContacts();
+  const CollisionQuery<S> user_query{request, result};
+  if (request.num_max_contacts == 0 || user_query.isSatisfied()) return result.numContacts();
   const PlacedMesh placed(mesh, tf);
-  answerInDouble(asked, &mesh, &mesh,
+  answerInDouble(user_query, &mesh, &mesh,
                  [&](const fcl::CollisionGeometryd& object, const fcl::CollisionGeometryd&,
                      const CollisionQuery<double>& query) {
                    collideWithItself({object, placed}, filter, ignored, query);

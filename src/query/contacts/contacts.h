@@ -16,14 +16,15 @@
 
 namespace adaptive_bvh {
 
-/// The triangles of an object of a query, and its pose. P: number type of its positions: S for a
-/// model, double for a mesh.
+/// The triangles of one object of a contact query, and its pose. P: number type of its positions, S
+/// for a model, double for a mesh.
 template <typename S, typename P = S>
 struct PlacedTriangles {
   const fcl::CollisionGeometry<S>* geometry;
   MeshView<P> view;
   const fcl::Transform3<S>& tf;
 
+  /// The corners of a triangle, in the object's frame.
   TrianglePoints<double> operator[](int triangle) const {
     const VertexIndices t = view.verticesOf(static_cast<unsigned>(triangle));
     return pointsAs<double>(
@@ -31,23 +32,24 @@ struct PlacedTriangles {
   }
 };
 
-/// Adds the contacts of two triangles, by the library's own test: triangles touch if their distance
-/// is 0, and every such pair has a contact, with all its fields if they are requested. (FCL decides
-/// by the signs of rounded numbers. For a triangle that is a segment or a point, it reads a plane
-/// that it did not set.) `touching`: the triangles are known to touch, and neither is thin. `most`:
-/// largest number of contacts. `to_first`: maps the second object's frame to the first's.
+/// Adds the contacts of two triangles, and their cost source if requested. By the library's own
+/// test triangles touch if their distance is 0, and every such pair has a contact, with all fields
+/// if requested. (FCL decides by the signs of rounded numbers, and reads an uninitialized plane for
+/// a triangle that is a segment or a point.) `touching`: the triangles are known to touch, and
+/// neither is thin. `most`: largest number of contacts of this pair. `to_first`: maps the second
+/// object's frame to the first's.
 template <typename S, typename P>
 void addContactsOf(const PlacedTriangles<S, P>& first, const PlacedTriangles<S, P>& second,
                    const RelativePlacement& to_first, int id1, int id2, bool touching,
                    unsigned most, const fcl::CollisionRequest<S>& request,
                    fcl::CollisionResult<S>& result) {
   const bool occupied = first.geometry->isOccupied() && second.geometry->isOccupied();
-  // Also for uncertain objects, which are neither occupied nor free.
+  // As in FCL, uncertain objects, neither occupied nor free, have costs but no contacts.
   const bool has_cost =
       request.enable_cost && !first.geometry->isFree() && !second.geometry->isFree();
   if (!occupied && !has_cost) return;
   const auto hasRoom = [&] { return result.numContacts() < request.num_max_contacts; };
-  const auto addPair = [&] {
+  const auto addPair = [&] {  // a contact of indices only
     if (hasRoom())
       result.addContact(fcl::Contact<S>(first.geometry, second.geometry, id1, id2, unsetPoint<S>(),
                                         unsetPoint<S>(), std::numeric_limits<S>::quiet_NaN()));
@@ -76,48 +78,52 @@ void addContactsOf(const PlacedTriangles<S, P>& first, const PlacedTriangles<S, 
   result.addCostSource(fcl::CostSource<S>(common, density), request.num_max_cost_sources);
 }
 
-/// Decides which tasks can be skipped: those after a task that has all contacts wanted, or after
-/// the first few tasks that have them together. While the contacts may still be too few, threads
-/// share nothing that they write.
+/// Decides which tasks of a contact query can be skipped, because tasks before them have all
+/// contacts wanted: one task alone, or the first tasks together. As long as a worker's contacts are
+/// too few to matter, it takes no lock.
 class ContactLimit {
  public:
+  /// `most`: number of contacts wanted.
   ContactLimit(std::size_t most, std::size_t tasks, int workers)
       : most_(most),
         per_worker_(most / static_cast<std::size_t>(workers)),
         counts_(tasks),
-        last_(tasks) {
-    for (auto& count : counts_) count.store(kOpen, std::memory_order_relaxed);
+        last_needed_(tasks) {
+    for (auto& count : counts_) count.store(kUnfinished, std::memory_order_relaxed);
   }
 
-  bool needs(std::size_t task) const { return task <= last_.load(std::memory_order_relaxed); }
-  /// `contacts`: number found by the task; `of_worker`: number found by its worker so far.
+  bool needs(std::size_t task) const {
+    return task <= last_needed_.load(std::memory_order_relaxed);
+  }
+  /// Records a finished task. `contacts`: number that it found; `of_worker`: of its worker, so far.
   void finish(std::size_t task, std::size_t contacts, std::size_t of_worker) {
     counts_[task].store(contacts, std::memory_order_relaxed);
-    if (of_worker < per_worker_) return;  // there may be too few in all
+    if (of_worker < per_worker_) return;  // if all workers return here, the sum is below most_
     const std::lock_guard<std::mutex> lock(counting_);
     if (contacts >= most_) endAt(task);
     for (std::size_t count; next_ < counts_.size() && sum_ < most_; ++next_) {
-      if ((count = counts_[next_].load(std::memory_order_relaxed)) == kOpen) return;
+      if ((count = counts_[next_].load(std::memory_order_relaxed)) == kUnfinished) return;
       sum_ += count;
       if (sum_ >= most_) endAt(next_);
     }
   }
 
  private:
-  static constexpr std::size_t kOpen = ~std::size_t(0);
+  static constexpr std::size_t kUnfinished = ~std::size_t(0);
 
   void endAt(std::size_t task) {
-    if (task < last_.load(std::memory_order_relaxed)) last_.store(task, std::memory_order_relaxed);
+    if (task < last_needed_.load(std::memory_order_relaxed))
+      last_needed_.store(task, std::memory_order_relaxed);
   }
 
   const std::size_t most_, per_worker_;           ///< contacts wanted, in all and per worker
-  std::vector<std::atomic<std::size_t>> counts_;  ///< by task
+  std::vector<std::atomic<std::size_t>> counts_;  ///< contacts by task, or kUnfinished
   std::mutex counting_;
-  std::size_t next_ = 0, sum_ = 0;  ///< the first task not yet counted; contacts before it
-  std::atomic<std::size_t> last_;
+  std::size_t next_ = 0, sum_ = 0;  ///< the first task not yet added to the sum; contacts before it
+  std::atomic<std::size_t> last_needed_;  ///< tasks after this one are skipped
 };
 
-/// A mesh of a contact query, and the object that its contacts name.
+/// A mesh of a contact query, and the geometry to which its contacts point.
 struct ContactMesh {
   const fcl::CollisionGeometryd& geometry;
   const PlacedMesh& placed;

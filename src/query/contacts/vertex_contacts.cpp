@@ -1,3 +1,5 @@
+// Vertices of a mesh in contact with a closed mesh: VertexSearch finds candidates, MeshContactTest
+// tests each, ContactWriter writes the result.
 #include "query/contacts/vertex_contacts.h"
 
 #include <array>
@@ -23,8 +25,8 @@ class KnownSides {
   /// `error`: of the sum of two radii and the distance of their centres.
   explicit KnownSides(double error) : error_(error) {}
 
-  /// Returns whether the side of x follows from earlier points. `radius`: a lower bound of the
-  /// distance from x to the surface.
+  /// Returns whether the side of x follows from earlier points; then sets is_inside. `radius`: a
+  /// lower bound of the distance from x to the surface.
   bool find(const fcl::Vector3d& x, double radius, bool& is_inside) const {
     for (const Ball& ball : balls_) {
       const double radii = ball.radius + radius - error_;
@@ -34,6 +36,7 @@ class KnownSides {
     }
     return false;
   }
+  /// Records a point whose side is known, in place of the oldest one.
   void add(const fcl::Vector3d& x, double radius, bool is_inside) {
     balls_[next_] = {x, radius, is_inside};
     next_ = (next_ + 1) % kBalls;
@@ -53,7 +56,7 @@ class KnownSides {
   const double error_;
 };
 
-/// Tests whether a vertex is a contact with a closed mesh.
+/// Tests whether a vertex is at most `margin` from the surface of a closed mesh, or inside it.
 class MeshContactTest {
  public:
   MeshContactTest(const MeshState& mesh, const MeshState& other, const RelativePlacement& to_other,
@@ -64,9 +67,10 @@ class MeshContactTest {
         search_(other),
         winding_(other),
         normals_(other),
-        far_(to_other.T.template lpNorm<Eigen::Infinity>()),
-        sides_(kRounding * (far_ + sizeOf(mesh) + sizeOf(other))) {}
+        offset_(to_other.T.template lpNorm<Eigen::Infinity>()),
+        sides_(kRounding * (offset_ + sizeOf(mesh) + sizeOf(other))) {}
 
+  /// Returns whether a candidate is a contact, and sets the contact.
   bool operator()(const VertexCandidate& candidate, VertexContact& contact) {
     const fcl::Vector3d x = to_other_(mesh_.vertices[candidate.vertex]);
     PointSearch::Nearest nearest;
@@ -84,7 +88,7 @@ class MeshContactTest {
   }
 
  private:
-  /// `distance`: to the nearest triangle; if none was found, a lower bound of that distance.
+  /// Whether x is inside. `distance`: to the nearest triangle; if none was found, a lower bound.
   bool isInside(const fcl::Vector3d& x, double distance, bool is_found) {
     if (is_found && distance == 0) return false;
     bool is_inside;
@@ -92,6 +96,7 @@ class MeshContactTest {
     return is_inside;
   }
 
+  /// Sets the contact of x with its nearest triangle.
   void set(const fcl::Vector3d& x, const PointSearch::Nearest& nearest, bool is_inside,
            VertexContact& contact) const {
     const SurfacePlace place =
@@ -103,16 +108,18 @@ class MeshContactTest {
     const fcl::Vector3d into = is_inside ? x - nearest.point : nearest.point - x;
     contact.normal = normal(place, into, x);
   }
-  /// `into`: from the surface into the other body; its length is the distance.
+  /// The contact's normal, into the other body: that of the nearest face, or the direction of
+  /// `into`; if that is too short, the opposite of the pseudo-normal. `into`: vector between x and
+  /// the nearest point, toward the surface or, if x is inside, away from it.
   fcl::Vector3d normal(const SurfacePlace& place, const fcl::Vector3d& into,
                        const fcl::Vector3d& x) const {
     constexpr double kShort = 1e-8;
-    const double size = std::max(x.template lpNorm<Eigen::Infinity>(), far_);
+    const double size = std::max(x.template lpNorm<Eigen::Infinity>(), offset_);
     if (into.stableNorm() > kShort * size) {
       if (place.feature != SurfaceFeature::Face) return into.stableNormalized();
-      const fcl::Vector3d across = normals_.ofFace(place.triangle);
-      if (across.isZero(0)) return into.stableNormalized();
-      return across.dot(into) < 0 ? fcl::Vector3d(-across) : across;
+      const fcl::Vector3d face_normal = normals_.ofFace(place.triangle);
+      if (face_normal.isZero(0)) return into.stableNormalized();
+      return face_normal.dot(into) < 0 ? fcl::Vector3d(-face_normal) : face_normal;
     }
     const fcl::Vector3d outward = normals_.at(place);
     if (!outward.isZero(0)) return -outward;
@@ -133,10 +140,11 @@ class MeshContactTest {
   NearestInTurn search_;
   WindingNumber winding_;
   const SurfaceNormals normals_;
-  const double far_;
+  const double offset_;  ///< largest component of the translation between both frames
   KnownSides sides_;
 };
 
+/// Throws std::invalid_argument if an argument is not valid.
 template <typename S>
 void requirePlaced(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2, S margin) {
   requireDistance(margin);

@@ -15,7 +15,7 @@ namespace adaptive_bvh {
 /// A vertex that may be a contact.
 struct VertexCandidate {
   unsigned vertex;
-  bool is_inside;  ///< whether it is known to be inside and far from the surface
+  bool is_inside;  ///< known to be inside, and farther than the margin from the surface
 };
 
 /// The contact of a vertex, in the other body's frame.
@@ -25,7 +25,7 @@ struct VertexContact {
   int triangle;  ///< -1 for a shape
 };
 
-/// Tests candidates and writes the contacts into a result by increasing vertex.
+/// Holds candidates, tests them, and writes the contacts in the order of their vertices.
 class ContactWriter {
  public:
   ContactWriter(const PlacedMesh& mesh, const fcl::Transform3d& other_tf)
@@ -44,27 +44,29 @@ class ContactWriter {
           candidates().push_back({static_cast<unsigned>(tree.corners(leaf_index)[int(k)]), false});
   }
 
-  /// Writes the contacts and returns their number. makeTest() returns a function test(candidate,
-  /// contact), which returns whether the candidate is a contact; each thread has its own.
+  /// Overwrites the result with the contacts. makeTest() returns a thread's own function
+  /// test(candidate, contact), which sets the contact and returns whether there is one.
   template <typename MakeTest>
   void write(int threads, const MakeTest& makeTest, VertexContacts<double>& result) const {
-    Memory& m = *memory_;
-    const std::size_t count = m.candidates.size();
-    m.contacts.resize(count);
-    m.is_contact.resize(count);
+    std::vector<VertexCandidate>& candidates = memory_->candidates;
+    std::vector<VertexContact>& contacts = memory_->contacts;
+    std::vector<std::uint8_t>& is_contact = memory_->is_contact;
+    std::vector<std::uint64_t>& order = memory_->order;
+    const std::size_t count = candidates.size();
+    contacts.resize(count);
+    is_contact.resize(count);
     forEachBatch(threads, count, [&](std::size_t begin, std::size_t end) {
       auto test = makeTest();
-      for (std::size_t i = begin; i < end; ++i)
-        m.is_contact[i] = test(m.candidates[i], m.contacts[i]);
+      for (std::size_t i = begin; i < end; ++i) is_contact[i] = test(candidates[i], contacts[i]);
     });
-    m.order.clear();
+    order.clear();
     for (std::size_t i = 0; i < count; ++i)
-      if (m.is_contact[i]) m.order.push_back(std::uint64_t(m.candidates[i].vertex) << 32 | i);
-    std::sort(m.order.begin(), m.order.end());
-    resize(result, m.order.size());
-    for (std::size_t i = 0; i < m.order.size(); ++i) {
-      const auto from = static_cast<std::uint32_t>(m.order[i]);
-      set(result, i, m.candidates[from].vertex, m.contacts[from]);
+      if (is_contact[i]) order.push_back(std::uint64_t(candidates[i].vertex) << 32 | i);
+    std::sort(order.begin(), order.end());
+    resize(result, order.size());
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      const auto candidate = static_cast<std::uint32_t>(order[i]);
+      set(result, i, candidates[candidate].vertex, contacts[candidate]);
     }
   }
 
@@ -72,8 +74,8 @@ class ContactWriter {
   struct Memory {
     std::vector<VertexCandidate> candidates;
     std::vector<VertexContact> contacts;
-    std::vector<std::uint8_t> is_contact;
-    std::vector<std::uint64_t> order;  ///< vertex (high bits) and number of the candidate
+    std::vector<std::uint8_t> is_contact;  ///< by candidate, like `contacts`
+    std::vector<std::uint64_t> order;      ///< vertex (high bits) and number of the candidate
   };
 
   static void resize(VertexContacts<double>& result, std::size_t count) {
@@ -86,18 +88,20 @@ class ContactWriter {
     result.barycentric.resize(count);
     result.areas.resize(count);
   }
+  /// Writes contact i in world coordinates.
   void set(VertexContacts<double>& result, std::size_t i, unsigned vertex,
            const VertexContact& contact) const {
-    const auto turn = other_tf_.linear();
+    const auto rotation = other_tf_.linear();
     result.vertices[i] = vertex;
     result.distances[i] = contact.distance;
     result.positions[i] = mesh_.tf * mesh_.mesh.vertices[vertex];
-    result.nearest_points[i] = (turn * contact.nearest + other_tf_.translation());
-    result.normals[i] = (turn * contact.normal).normalized();
+    result.nearest_points[i] = (rotation * contact.nearest + other_tf_.translation());
+    result.normals[i] = (rotation * contact.normal).normalized();
     result.triangles[i] = contact.triangle;
     result.barycentric[i] = contact.barycentric;
     result.areas[i] = areaOf(vertex);
   }
+  /// A third of the area of the vertex's triangles.
   double areaOf(unsigned vertex) const {
     double sum = 0;
     for (const unsigned t : mesh_.mesh.topology->vertex_triangles[vertex]) {
@@ -112,22 +116,21 @@ class ContactWriter {
   const Leased<Memory> memory_;
 };
 
-/// Overwrites the result with the vertices of a mesh that are at most `margin` from another one,
-/// which is closed, or inside of it.
+/// Overwrites the result with the vertices of a mesh that are at most `margin` from the surface of
+/// another one, which is closed, or inside it.
 void findVertexContacts(const PlacedMesh& mesh, const PlacedMesh& other, double margin,
                         VertexContacts<double>& result);
 
 /// Finds the vertices of one mesh that may be near another's surface or inside it. Descends the
-/// tree of the first with a list of the other tree's nodes whose boxes overlap, one level of both
-/// trees at a time. A box with an empty list is clear of the other's surface. So all vertices in
-/// that box are on one side, and a test of one of them decides for all. Each vertex is visited
-/// once, with the triangle that owns it.
+/// tree of the first; each node has a list of the other tree's nodes whose boxes overlap it, and
+/// both trees are descended by one level at a time. A box with an empty list does not meet the
+/// other's surface. So all vertices in that box are on one side, and a test of one of them decides
+/// for all. Each vertex is added once, with the triangle that owns it.
 template <typename IsInside>
 class VertexSearch {
  public:
   /// `tree`: of `mesh`, perhaps in other coordinates. `frame`: maps boxes of `other` to these
-  /// coordinates and enlarges them by the margin. `is_inside(v)`: whether vertex v of `mesh` is
-  /// inside.
+  /// coordinates, enlarged by the margin. `is_inside(v)`: whether vertex v is inside.
   VertexSearch(const MeshState& mesh, const WideTree& tree, const WideTree& other,
                const BoxFrame& frame, IsInside is_inside, std::vector<VertexCandidate>& candidates)
       : mesh_(mesh),
@@ -137,27 +140,28 @@ class VertexSearch {
         is_inside_(is_inside),
         candidates_(candidates) {}
 
+  /// Adds the candidates.
   void run() {
-    open_.clear();
-    open_.push_back({0, 0});
+    lists_.clear();
+    lists_.push_back({0, 0});
     visit(tree_.nodes()[0], 0);
-    open_.clear();
+    lists_.clear();
   }
 
  private:
-  /// A node of the other tree, and which of its boxes overlap boxes of the visited node.
-  struct Other {
+  /// A node of the other tree. `overlaps`: bit 4 j + i for its box j and box i of the visited node.
+  struct OtherNode {
     int node;
     unsigned overlaps;
   };
 
-  /// `first`: where the list of the node begins in `open_`.
+  /// Visits a node of the first tree whose list begins at `first` and ends at the end of lists_.
   void visit(const WideNode& node, std::size_t first) {
     unsigned any = 0;
-    const std::size_t last = open_.size();
+    const std::size_t last = lists_.size();
     for (std::size_t i = first; i < last; ++i) {
-      open_[i].overlaps = overlaps(node.boxes, frame_(other_.nodes()[open_[i].node].boxes));
-      any |= open_[i].overlaps;
+      lists_[i].overlaps = overlaps(node.boxes, frame_(other_.nodes()[lists_[i].node].boxes));
+      any |= lists_[i].overlaps;
     }
     any |= any >> 8;
     any |= any >> 4;  // bit i: whether box i overlaps any
@@ -168,30 +172,33 @@ class VertexSearch {
         addClear(below);
         continue;
       }
-      for (std::size_t k = first; k < last; ++k) openBelow(open_[k], i);
+      for (std::size_t k = first; k < last; ++k) listBelow(lists_[k], i);
       visit(tree_.nodes()[below], last);
-      open_.resize(last);
+      lists_.resize(last);
     }
   }
-  /// Adds the children of `other` that overlap box i; a leaf adds itself.
-  void openBelow(const Other other, unsigned i) {
+  /// Appends the children of `other` that overlap box i; for a leaf, the leaf itself.
+  void listBelow(const OtherNode other, unsigned i) {
     const WideNode& node = other_.nodes()[other.node];
     const unsigned lanes = other.overlaps >> i & 0x1111;
-    if (node.isLeaf() && lanes) open_.push_back({other.node, 0});
+    if (node.isLeaf() && lanes) lists_.push_back({other.node, 0});
     for (unsigned j = 0; !node.isLeaf() && j < node.count; ++j)
-      if (lanes >> 4 * j & 1) open_.push_back({node.below[j], 0});
+      if (lanes >> 4 * j & 1) lists_.push_back({node.below[j], 0});
   }
 
+  /// Adds the vertices of a leaf near the surface.
   void addLeaf(const WideNode& leaf) {
     const auto first = static_cast<std::size_t>(leaf.first);
     addOwned(first, first + leaf.count, false);
   }
+  /// Adds the vertices below a node whose box does not meet the surface, if they are inside.
   void addClear(int node) {
     const std::size_t first = firstLeafIndex(node), last = lastLeafIndex(node) + 1;
     const bool is_inside =
         is_inside_(static_cast<unsigned>(tree_.corners(static_cast<unsigned>(first))[0]));
     if (is_inside) addOwned(first, last, true);
   }
+  /// Adds the vertices that the triangles with leaf indices in [first, last) own.
   void addOwned(std::size_t first, std::size_t last, bool is_inside) {
     for (std::size_t leaf_index = first; leaf_index < last; ++leaf_index)
       for (unsigned k = 0; k < 3; ++k)
@@ -218,8 +225,8 @@ class VertexSearch {
   const BoxFrame& frame_;
   IsInside is_inside_;
   std::vector<VertexCandidate>& candidates_;
-  const Leased<std::vector<Other>> leased_;
-  std::vector<Other>& open_ = *leased_;  ///< the lists, one after the other
+  const Leased<std::vector<OtherNode>> leased_;
+  std::vector<OtherNode>& lists_ = *leased_;  ///< of the visited node and its ancestors, in a stack
 };
 
 }  // namespace adaptive_bvh

@@ -12,11 +12,12 @@ namespace adaptive_bvh {
 /// The side of a closed surface on which a point lies, as far as it is known.
 enum class SurfaceSide : std::uint8_t { Unknown, Outside, Inside };
 
-/// A point in the target's frame, and its measured distance.
+/// A point of the source, or near it, in the target's frame, and its measured distance.
+/// (DepthSearch describes source and target.)
 template <typename Witness>
 struct DepthPoint {
   fcl::Vector3d x;
-  fcl::Vector3d parameter = fcl::Vector3d::Zero();  ///< on a curved surface
+  fcl::Vector3d parameter = fcl::Vector3d::Zero();  ///< where it is on a curved surface
   double distance = -1;                             ///< to the target's surface; -1: not measured
   Witness witness{};                                ///< feature of the target at that distance
   SurfaceSide side = SurfaceSide::Unknown;
@@ -25,7 +26,7 @@ struct DepthPoint {
 };
 
 /// A box that encloses part of a surface: its centre and half its sides, in the target's frame.
-struct TurnedBox {
+struct OrientedBox {
   fcl::Vector3d middle;
   fcl::Matrix3d halves;  ///< half sides, as columns
 
@@ -37,7 +38,7 @@ struct TurnedBox {
 /// Bounds of the depth of one surface, the source, in a closed body, the target.
 struct DepthBounds {
   double lower = 0, upper = 0;
-  bool is_found = false;     ///< whether a point is deeper than the depth known before
+  bool is_found = false;     ///< whether a point deeper than the initial bound was found
   fcl::Vector3d x;           ///< that point of the source; its depth is `lower`
   fcl::Vector3d nearest;     ///< point of the target's surface
   fcl::Vector3d outward;     ///< outward normal of that surface there
@@ -51,7 +52,8 @@ struct DepthBounds {
   }
 };
 
-/// Bounds by one point of a source, if it is deeper than `least` in the target.
+/// Returns the bounds given by one point of a source, if it is deeper than `least` in the target;
+/// else DepthBounds::from(least).
 template <typename Target>
 DepthBounds depthAt(const fcl::Vector3d& x, Target& target, double least) {
   DepthPoint<typename Target::Witness> point;
@@ -69,10 +71,10 @@ DepthBounds depthAt(const fcl::Vector3d& x, Target& target, double least) {
 /// Chooses where DepthSearch cuts a triangle with measured corners: an edge, and a share of its
 /// length.
 ///
-/// The cut is made where the nearest features of the edge's ends change, because then one of the
-/// features bounds either half better; or where the edge crosses the surface or leaves a flat part
-/// of it, because then one half is outside. If there is no such point, or if `halves` is set, the
-/// longest edge is halved.
+/// The cut is made where the nearest feature of the target changes from that of one end of the edge
+/// to that of the other, because each feature bounds its half better; or where the edge crosses the
+/// surface or leaves a flat part of it, because one half is then outside. If there is no such
+/// point, or if `halves` is set, the longest edge is halved.
 template <typename Target>
 class DepthCut {
  public:
@@ -82,7 +84,7 @@ class DepthCut {
   template <typename Length>
   DepthCut(const Point* const (&corners)[3], const Target& target, double tolerance, bool halves,
            const Length& length)
-      : corners_(corners), target_(target), tolerance_(tolerance), most_(tolerance / 8) {
+      : corners_(corners), target_(target), tolerance_(tolerance), best_gain_(tolerance / 8) {
     for (int k = 0; k < 3 && !halves; ++k) considerEdge(k);
     if (edge_ < 0) halveLongest(length);
   }
@@ -105,25 +107,26 @@ class DepthCut {
   }
   void considerEdge(int k) {
     const Point &a = corner(k), &b = corner(k + 1);
-    const auto of_a = target_.boundBy(a.witness), of_b = target_.boundBy(b.witness);
-    const double gain = std::min(of_b(a.x) - of_a(a.x), of_a(b.x) - of_b(b.x));
-    if (gain > most_) take(k, gain, changeBetween(a.x, b.x, of_a, of_b));
-    considerBorder(a, b, of_a, [&](double g, double t) { take(k, g, t); });
-    considerBorder(b, a, of_b, [&](double g, double t) { take(k, g, 1 - t); });
+    const auto bound_a = target_.boundBy(a.witness), bound_b = target_.boundBy(b.witness);
+    const double gain = std::min(bound_b(a.x) - bound_a(a.x), bound_a(b.x) - bound_b(b.x));
+    if (gain > best_gain_) offer(k, gain, changeBetween(a.x, b.x, bound_a, bound_b));
+    considerBorder(a, b, bound_a, [&](double g, double t) { offer(k, g, t); });
+    considerBorder(b, a, bound_b, [&](double g, double t) { offer(k, g, 1 - t); });
   }
-  /// `gain`: amount by which the bound of either half may improve.
-  void take(int edge, double gain, double share) {
+  /// Chooses this cut if it is the best so far. `gain`: amount by which the bounds may improve.
+  void offer(int edge, double gain, double share) {
     const double length = (corner(edge + 1).x - corner(edge).x).norm();
     // If the cut is nearer to an end, the edge was already cut there.
     const bool is_new = std::min(share, 1 - share) * length > tolerance_ / 8;
-    if (gain > most_ && is_new) edge_ = edge, most_ = gain, share_ = share;
+    if (gain > best_gain_ && is_new) edge_ = edge, best_gain_ = gain, share_ = share;
   }
-  /// Calls found(gain, t) where the line from a to b crosses the nearest feature of a, or leaves
-  /// it.
+  /// Calls found(gain, t) where the segment from a to b crosses the nearest feature of a, or, if a
+  /// is on that feature, leaves it. `bound`: by that feature.
   template <typename WitnessBound, typename Found>
   void considerBorder(const Point& a, const Point& b, const WitnessBound& bound,
                       const Found& found) const {
-    const double zero = tolerance_ / 16, at_b = bound(b.x);
+    const double zero = tolerance_ / 16;  // nearer points count as on the surface
+    const double at_b = bound(b.x);
     if (a.distance > zero) {
       const double t = target_.crossing(a.witness, a.x, b.x);
       if (t > 0 && t < 1 && bound(a.x + t * (b.x - a.x)) <= zero)
@@ -137,17 +140,17 @@ class DepthCut {
       found(at_b, high);
     }
   }
-  /// Returns where on a segment two features are equally far: by regula falsi (Illinois), with a
-  /// bisection at every fourth step.
+  /// Returns where on the segment from a to b their nearest features are equally far, from 0 (at a)
+  /// to 1: by regula falsi (Illinois), with a bisection at every fourth step.
   template <typename WitnessBound>
   static double changeBetween(const fcl::Vector3d& a, const fcl::Vector3d& b,
-                              const WitnessBound& of_a, const WitnessBound& of_b) {
+                              const WitnessBound& bound_a, const WitnessBound& bound_b) {
     const auto excess = [&](double t) {
       const fcl::Vector3d x = a + t * (b - a);
-      return of_a(x) - of_b(x);
+      return bound_a(x) - bound_b(x);
     };
     double low = 0, high = 1, at_low = excess(0), at_high = excess(1);
-    int last = 0;
+    int last_side = 0;
     for (int i = 0; i < 60 && at_low < 0 && at_high > 0; ++i) {
       const double t =
           i % 4 == 3 ? (low + high) / 2 : low + (high - low) * (at_low / (at_low - at_high));
@@ -158,8 +161,8 @@ class DepthCut {
       double& kept = side < 0 ? at_high : at_low;
       (side < 0 ? low : high) = t;
       (side < 0 ? at_low : at_high) = value;
-      if (side == last) kept /= 2;
-      last = side;
+      if (side == last_side) kept /= 2;  // the Illinois step
+      last_side = side;
     }
     return at_low > -at_high ? low : high;
   }
@@ -167,8 +170,8 @@ class DepthCut {
   const Point* const (&corners_)[3];
   const Target& target_;
   const double tolerance_;
-  double most_;
-  int edge_ = -1;
+  double best_gain_;
+  int edge_ = -1;  ///< -1: none yet
   double share_ = 0.5;
 };
 

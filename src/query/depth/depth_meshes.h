@@ -16,15 +16,14 @@
 
 namespace adaptive_bvh {
 
-/// The body of a closed mesh as the target of DepthSearch: finds how deep points are in it. All
-/// points are in the mesh's frame.
+/// The body of a closed mesh as the target of DepthSearch: measures distances of points to its
+/// surface, and on which side they are. All points are in the mesh's frame.
 class MeshTarget {
  public:
-  using Witness = int;  ///< a triangle
+  using Witness = int;  ///< index of the nearest triangle
   static constexpr bool kIsConvex = false;
 
-  /// The distance to one triangle: a convex function that is nowhere less than the distance to the
-  /// surface.
+  /// The distance to one triangle: a convex function, nowhere less than that to the surface.
   class WitnessBound {
    public:
     explicit WitnessBound(const TrianglePoints<double>& triangle) : face_(triangle) {}
@@ -43,7 +42,8 @@ class MeshTarget {
   WitnessBound boundBy(int triangle) const {
     return WitnessBound(mesh_.pointsOf(unsigned(triangle)));
   }
-  double overBox(const WitnessBound& bound, const TurnedBox& box) const {
+  /// The largest value of a bound in a box: at a corner, because the bound is convex.
+  double overBox(const WitnessBound& bound, const OrientedBox& box) const {
     double most = 0;
     for (int corner = 0; corner < 8; ++corner) {
       fcl::Vector3d x = box.middle;
@@ -53,6 +53,7 @@ class MeshTarget {
     return most;
   }
 
+  /// Sets the point's distance and nearest triangle. `hint`: a triangle that may be near.
   void measure(DepthPoint<int>& point, int hint) {
     PointSearch::Nearest nearest;
     search_.tryTriangle(point.x, hint, nearest);
@@ -61,7 +62,7 @@ class MeshTarget {
     point.witness = nearest.triangle;
   }
   bool isInside(const fcl::Vector3d& x) { return winding_.of(x) != 0; }
-  /// Whether a ball is outside of the mesh's bounding box.
+  /// Whether a ball is certainly outside of the mesh's bounding box.
   bool isClear(const fcl::Vector3d& middle, double radius) const {
     const WideTree& tree = mesh_.tree();
     const fcl::Vector3d y = tree.coordinates()(middle);
@@ -77,17 +78,17 @@ class MeshTarget {
     }
     return gap * kSlack > radius * tree.scale();
   }
-  /// Whether a triangle, or the hull of the patch above it, may touch the surface.
+  /// Whether a triangle, or the hull of the curved patch above it (Bulge), may touch the surface.
   bool touches(const TrianglePoints<double>& triangle, const Bulge& bulge) {
     const WideTree& tree = mesh_.tree();
-    const double around = bulge.height * tree.scale() / kSlack;
+    const double margin = bulge.height * tree.scale() / kSlack;  // in the tree's coordinates
     Float4 low[3], high[3];
     for (int k = 0; k < 3; ++k) low[k] = float4::all(kFar), high[k] = float4::all(-kFar);
     for (const fcl::Vector3d& x : triangle) {
       const fcl::Vector3d y = tree.coordinates()(x);
       for (int k = 0; k < 3; ++k) {
-        low[k] = float4::lower(low[k], single(y[k] - around));
-        high[k] = float4::upper(high[k], single(y[k] + around));
+        low[k] = float4::lower(low[k], splat(y[k] - margin));
+        high[k] = float4::upper(high[k], splat(y[k] + margin));
       }
     }
     const auto overlaps = [&](const Boxes4& boxes) {
@@ -101,24 +102,24 @@ class MeshTarget {
       return bulge.count > 0 ? !isBeyond(other, triangle, bulge) : touch(triangle, other);
     });
   }
-  /// The plane n x = d of a triangle. n: its outward normal, of length 1; zero if it has no area.
+  /// The plane n x = d of a triangle. n: outward normal, of length 1; zero without an area.
   struct Plane {
     fcl::Vector3d n;
     double d;
   };
   Plane planeOf(int triangle) const {
-    const auto number = static_cast<unsigned>(triangle);
-    const fcl::Vector3d n = SurfaceNormals(mesh_.mesh).ofFace(number);
-    return {n, n.dot(mesh_.pointsOf(number)[0])};
+    const auto index = static_cast<unsigned>(triangle);
+    const fcl::Vector3d n = SurfaceNormals(mesh_.mesh).ofFace(index);
+    return {n, n.dot(mesh_.pointsOf(index)[0])};
   }
-  /// Where the line from a to b crosses the plane of a triangle, from 0 (at a) to 1 (at b); -1 if
-  /// both are on one side.
+  /// Where the segment from a to b crosses a triangle's plane, from 0 to 1; -1 if it does not.
   double crossing(int triangle, const fcl::Vector3d& a, const fcl::Vector3d& b) const {
     const TrianglePoints<double> t = mesh_.pointsOf(static_cast<unsigned>(triangle));
     const fcl::Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
     const double at_a = normal.dot(a - t[0]), at_b = normal.dot(b - t[0]);
     return (at_a < 0) == (at_b < 0) ? -1 : at_a / (at_a - at_b);
   }
+  /// Sets the nearest point of the surface to a measured point, and the normal there.
   void findNearest(const DepthPoint<int>& point, DepthBounds& bounds) const {
     const auto triangle = static_cast<unsigned>(point.witness);
     const SurfaceNormals normals(mesh_.mesh);
@@ -130,15 +131,17 @@ class MeshTarget {
   static constexpr double kSlack = 1 - 1e-9;  // for all rounding in this class
   static constexpr float kFar = 1e15f;
 
-  /// Whether a plane is found that separates a triangle of the surface from a patch.
+  /// Whether a plane is found that separates a triangle of the surface, `face`, from the patch
+  /// above `triangle`: the face's, or one across the line between the nearest points.
   static bool isBeyond(const TrianglePoints<double>& face, const TrianglePoints<double>& triangle,
                        const Bulge& bulge) {
-    const auto separates = [&](const fcl::Vector3d& along) {
+    const auto separates = [&](const fcl::Vector3d& direction) {
       double lowest = std::numeric_limits<double>::infinity(), highest = -lowest, above = 0;
-      for (const fcl::Vector3d& x : face) lowest = std::min(lowest, along.dot(x - face[0]));
-      for (const fcl::Vector3d& x : triangle) highest = std::max(highest, along.dot(x - face[0]));
+      for (const fcl::Vector3d& x : face) lowest = std::min(lowest, direction.dot(x - face[0]));
+      for (const fcl::Vector3d& x : triangle)
+        highest = std::max(highest, direction.dot(x - face[0]));
       for (int k = 0; k < bulge.count; ++k)
-        above = std::max(above, along.dot(bulge.offsets[static_cast<std::size_t>(k)]));
+        above = std::max(above, direction.dot(bulge.offsets[static_cast<std::size_t>(k)]));
       return highest + above < lowest;
     };
     const fcl::Vector3d normal = (face[1] - face[0]).cross(face[2] - face[0]);
@@ -146,7 +149,7 @@ class MeshTarget {
     const auto [p, q] = gapOf(triangle, face).points;
     return separates(q - p);
   }
-  static Float4 single(double y) {
+  static Float4 splat(double y) {
     return float4::all(static_cast<float>(std::clamp<double>(y, -kFar, kFar)));
   }
 
@@ -156,19 +159,20 @@ class MeshTarget {
   TreeWalk walk_;
 };
 
-/// The surface of a mesh as the source of DepthSearch, in the target's frame.
+/// The surface of a mesh as the source of DepthSearch: the boxes of its tree and its triangles, in
+/// the target's frame. (The functions that DepthSearch requires are described there.)
 class MeshSource {
  public:
   MeshSource(const PlacedMesh& mesh, const RelativePlacement& to_target)
       : mesh_(mesh), to_target_(to_target) {
     const BodyCoordinates& body = mesh.tree().coordinates();
-    turn_ = to_target.R * body.axes() / body.scale;
+    from_tree_ = to_target.R * body.axes() / body.scale;
     origin_ = to_target(body.origin);
-    std::vector<int>& points = memory_->points;
-    if (points.size() < mesh.mesh.vertices.size()) points.resize(mesh.mesh.vertices.size(), -1);
+    std::vector<int>& numbers = memory_->numbers;
+    if (numbers.size() < mesh.mesh.vertices.size()) numbers.resize(mesh.mesh.vertices.size(), -1);
   }
   ~MeshSource() {
-    for (const unsigned vertex : memory_->used) memory_->points[vertex] = -1;
+    for (const unsigned vertex : memory_->used) memory_->numbers[vertex] = -1;
     memory_->used.clear();
   }
   MeshSource(const MeshSource&) = delete;
@@ -182,14 +186,14 @@ class MeshSource {
   void openBox(int node, int lane, Search& search, int hint) {
     openBox(mesh_.tree().nodes()[node].below[lane], search, hint);
   }
-  TurnedBox boxOf(int node, int lane) const {
+  OrientedBox boxOf(int node, int lane) const {
     const Boxes4& boxes = mesh_.tree().nodes()[node].boxes;
-    TurnedBox box;
+    OrientedBox box;
     box.middle = origin_;
     for (int k = 0; k < 3; ++k) {
       const double low = boxes.low[k][lane], high = boxes.high[k][lane];
-      box.middle += turn_.col(k) * ((low + high) / 2);
-      box.halves.col(k) = turn_.col(k) * ((high - low) / 2);
+      box.middle += from_tree_.col(k) * ((low + high) / 2);
+      box.halves.col(k) = from_tree_.col(k) * ((high - low) / 2);
     }
     return box;
   }
@@ -210,16 +214,18 @@ class MeshSource {
 
  private:
   struct Memory {
-    std::vector<int> points;     ///< by vertex; -1: none. All are -1 at the end.
-    std::vector<unsigned> used;  ///< vertices that have a point
+    /// By vertex: the number of its point in the search; -1: none yet. All are -1 between searches.
+    std::vector<int> numbers;
+    std::vector<unsigned> used;  ///< vertices that have a number
   };
 
+  /// Adds the boxes, or triangles, of a node.
   template <typename Search>
-  void openBox(int number, Search& search, int hint) {
-    const WideNode& node = mesh_.tree().nodes()[number];
+  void openBox(int index, Search& search, int hint) {
+    const WideNode& node = mesh_.tree().nodes()[index];
     for (unsigned i = 0; i < node.count; ++i) {
       if (!node.isLeaf()) {
-        search.addBox(number, static_cast<int>(i), hint);
+        search.addBox(index, static_cast<int>(i), hint);
         continue;
       }
       const Int4& corners = mesh_.tree().corners(static_cast<unsigned>(node.first) + i);
@@ -227,21 +233,21 @@ class MeshSource {
                          pointOf(corners[2], search), 0, hint);
     }
   }
-  /// Returns the number of a vertex's point. All triangles of the vertex share it.
+  /// Returns the number of a vertex's point in the search. All triangles of the vertex share it.
   template <typename Search>
   int pointOf(int vertex, Search& search) {
     const auto v = static_cast<unsigned>(vertex);
-    int& point = memory_->points[v];
-    if (point >= 0) return point;
+    int& number = memory_->numbers[v];
+    if (number >= 0) return number;
     memory_->used.push_back(v);
-    return point = search.add(to_target_(mesh_.mesh.vertices[v]));
+    return number = search.add(to_target_(mesh_.mesh.vertices[v]));
   }
 
   const PlacedMesh& mesh_;
   const RelativePlacement to_target_;
   const Leased<Memory> memory_;
-  fcl::Matrix3d turn_;  ///< maps the tree's coordinates to the target's frame
-  fcl::Vector3d origin_;
+  fcl::Matrix3d from_tree_;  ///< linear map of the tree's coordinates to the target's frame
+  fcl::Vector3d origin_;     ///< of the tree's coordinates, in the target's frame
 };
 
 /// Calls visit(triangle, x, target) for each component of a mesh that is inside a closed one, until

@@ -18,21 +18,32 @@ namespace adaptive_bvh {
 /// one-sided Hausdorff distances (Guthe, Borodin and Klein 2005; Tang, Lee and Kim 2009), but only
 /// of the points inside. docs/bounds.md, 19.
 ///
-/// Source: start(search), openBox(node, lane, search, hint), boxOf(node, lane), between(a, b, t,
-/// chart), length(a, b, chart), bulge(a, b, c, chart).
-/// Target: kIsConvex, Witness, boundBy(witness), overBox(bound, box), measure(point, hint),
-/// isInside(x), isClear(middle, radius), touches(triangle, bulge), crossing(witness, a, b),
-/// findNearest(point, bounds). boundBy(witness) returns a convex function of a point that is
-/// nowhere less than the point's depth. Unless the target is convex, planeOf(witness) returns an
-/// outward normal n and its offset d.
+/// The source is a surface, in the target's frame. Functions that it provides:
+///   start(search)               adds the first boxes or triangles
+///   openBox(node, lane, search, hint)  adds the children of a box
+///   boxOf(node, lane)           the box
+///   between(a, b, t, chart, parameter)  the point at t on the edge from a to b; its parameter
+///   length(a, b, chart)         the length of that edge
+///   bulge(a, b, c, chart)       how far a curved patch deviates from its triangle; `chart` is the
+///                               patch's part of the surface (0 for a mesh)
+/// The target is a closed body. Witness names a feature of its surface. kIsConvex, and:
+///   measure(point, hint)        sets the point's distance to the surface and its nearest feature
+///   boundBy(witness)            a convex function of a point, nowhere less than its depth
+///   overBox(bound, box)         the largest value of such a function in a box
+///   isInside(x)                 whether a point is inside
+///   isClear(middle, radius)     whether a ball is certainly outside
+///   touches(triangle, bulge)    whether a patch may touch the surface
+///   crossing(witness, a, b)     where a segment crosses the feature's plane, from 0 to 1; else -1
+///   planeOf(witness)            that plane: outward normal n and offset d (not if convex)
+///   findNearest(point, bounds)  sets nearest point and outward normal for a measured point
 template <typename Source, typename Target>
 class DepthSearch {
  public:
   using Witness = typename Target::Witness;
   using Point = DepthPoint<Witness>;
 
-  /// Searches until the bounds differ by at most `tolerance`. `known`: a depth that is certain, or
-  /// below which depths do not matter; it may be that of a point of the source.
+  /// Searches until the bounds differ by at most `tolerance`. `known`: an initial lower bound,
+  /// perhaps with its point of the source. Depths below it do not matter.
   DepthSearch(Source& source, Target& target, double tolerance, const DepthBounds& known)
       : source_(source), target_(target), tolerance_(tolerance) {
     memory_->points.clear();
@@ -43,6 +54,7 @@ class DepthSearch {
   DepthSearch(const DepthSearch&) = delete;
   DepthSearch& operator=(const DepthSearch&) = delete;
 
+  /// Returns the bounds, and the deepest point if one is deeper than `known`.
   DepthBounds run() {
     source_.start(*this);
     while (!memory_->open.empty() && memory_->open.front().upper > limit()) {
@@ -61,9 +73,9 @@ class DepthSearch {
     return bounds_;
   }
 
-  // For the source.
+  // The source calls the following functions.
 
-  /// Adds a point; returns its number.
+  /// Adds a point that is not yet measured; returns its number.
   int add(const fcl::Vector3d& x, const fcl::Vector3d& parameter = fcl::Vector3d::Zero()) {
     Point added;
     added.x = x;
@@ -77,15 +89,15 @@ class DepthSearch {
     measure(added, hint);
     return added;
   }
-  /// Adds a child of a box. `hint`: a measured point that is near.
+  /// Adds a child of the box that is being opened. `hint`: number of a measured point that is near.
   void addBox(int node, int lane, int hint) {
-    const TurnedBox box = source_.boxOf(node, lane);
+    const OrientedBox box = source_.boxOf(node, lane);
     if (target_.isClear(box.middle, box.radius())) return;
     const auto bound = target_.boundBy(witnessOf(hint));
     const double upper = std::min(upper_, overBox(bound, box, bound(box.middle)));
     push({upper, {node, lane, kNone}, hint, 0, 0, is_inside_, false});
   }
-  /// Adds a triangle, or a curved patch, of the source.
+  /// Adds a triangle, or a curved patch, of the source, given by the numbers of its corners.
   void addTriangle(int a, int b, int c, std::uint8_t chart, int hint) {
     Part part = {upper_, {a, b, c}, hint, 0, chart, is_inside_, false};
     part.upper = std::min(upper_, overPatch(part, witnessOf(hint), bulgeOf(part)));
@@ -95,12 +107,12 @@ class DepthSearch {
  private:
   static constexpr int kNone = -1;
 
-  /// A part of the source: a box, or a triangle given by its corners.
+  /// A part of the source: a box, or a triangle.
   struct Part {
-    double upper;  ///< upper bound of the depth of all its points
-    int corners[3];
-    int hint;
-    std::uint16_t generation;  ///< counts the steps of openTriangle() and the cuts
+    double upper;              ///< upper bound of the depth of all its points
+    int corners[3];            ///< numbers of points; for a box: node, lane, kNone
+    int hint;                  ///< number of a measured point that is near
+    std::uint16_t generation;  ///< of a triangle: counts the steps of openTriangle() and the cuts
     std::uint8_t chart;
     bool is_inside;  ///< whether all of it is certainly inside
     bool is_clear;   ///< whether it certainly does not cross the surface
@@ -110,18 +122,19 @@ class DepthSearch {
   };
   struct Memory {
     std::vector<Point> points;
-    std::vector<Part> open;  ///< a heap
+    std::vector<Part> open;  ///< a heap, largest upper bound first
   };
 
   Point& point(int i) { return memory_->points[static_cast<std::size_t>(i)]; }
   const Point& point(int i) const { return memory_->points[static_cast<std::size_t>(i)]; }
   const Witness& witnessOf(int i) const { return point(i).witness; }
-  /// Parts need no search if their bound is at most this.
+  /// Parts whose upper bound is at most this are left out.
   double limit() const { return bounds_.lower + tolerance_; }
 
   /// Length of the motion in isOutsideMoved: less than limit() by more than the rounding error.
   double motionLength() const { return bounds_.lower + 15. / 16 * tolerance_; }
 
+  /// Records the bound of a part that is left out.
   void drop(double upper) { dropped_ = std::max(dropped_, upper); }
   void push(const Part& part) {
     if (part.upper <= limit()) return drop(part.upper);
@@ -133,6 +146,7 @@ class DepthSearch {
     ++bounds_.searches;
     target_.measure(point(i), hint == kNone ? Witness{} : witnessOf(hint));
   }
+  /// The side of a measured point, computed once.
   SurfaceSide sideOf(int i) {
     Point& p = point(i);
     if (p.side == SurfaceSide::Unknown)
@@ -149,8 +163,9 @@ class DepthSearch {
     deepest_ = i;
   }
 
+  /// Measures a box's centre, and leaves the box out or adds its children.
   void openBox(const Part& part) {
-    const TurnedBox box = source_.boxOf(part.corners[0], part.corners[1]);
+    const OrientedBox box = source_.boxOf(part.corners[0], part.corners[1]);
     const int middle = addMeasured(box.middle, part.hint);
     const double radius = box.radius();
     const double distance = point(middle).distance;
@@ -160,16 +175,17 @@ class DepthSearch {
     if (upper_ > limit()) return source_.openBox(part.corners[0], part.corners[1], *this, middle);
     drop(upper_);
   }
-  /// Bound for a box by a feature at the distance `at_middle` from its centre. Uses the corners if
-  /// these may be near enough.
+  /// Upper bound for a box by a feature at the distance `at_middle` from its centre: by its
+  /// bounding ball, and by its corners if only these may suffice to leave it out.
   template <typename WitnessBound>
-  double overBox(const WitnessBound& bound, const TurnedBox& box, double at_middle) const {
+  double overBox(const WitnessBound& bound, const OrientedBox& box, double at_middle) const {
     const double upper = at_middle + box.radius();
     if (upper <= limit() || at_middle > limit()) return upper;
     return std::min(upper, target_.overBox(bound, box));
   }
-  /// Lowers upper_ and sets is_inside_ for everything within `radius` of a measured point, by the
-  /// point's side, if that is of use.
+  /// Uses the side of a measured point, at a distance d from the surface, for a part within
+  /// `radius` of it. If outside, the part is at most radius - d deep; if that exceeds the limit,
+  /// the side is not computed. If inside and d > radius, all of the part is inside.
   void useSide(int i, double radius) {
     const double distance = point(i).distance, if_outside = radius - distance;
     if (if_outside > limit() && point(i).side == SurfaceSide::Unknown) return;
@@ -179,8 +195,7 @@ class DepthSearch {
       is_inside_ = true;
   }
 
-  /// A triangle is opened three times: to measure its centroid, to measure its corners, and to cut
-  /// it.
+  /// Opens a triangle: first measures its centroid, the next time its corners, then cuts it.
   void openTriangle(Part part) {
     if (part.generation > 1) {
       if (isOutside(part)) return drop(tolerance_ / 2);
@@ -190,10 +205,11 @@ class DepthSearch {
     }
     if (++part.generation == 1) return pushByMiddle(part);
     if constexpr (Target::kIsConvex)
-      if (isLevelled(part)) return;
+      if (isBoundedByPlanes(part)) return;
     for (const int i : part.corners) measureCorner(i, part);
     pushMeasured(part);
   }
+  /// Adds a triangle again, with a bound by its measured centroid.
   void pushByMiddle(Part& part) {
     const fcl::Vector3d middle =
         (point(part.corners[0]).x + point(part.corners[1]).x + point(part.corners[2]).x) / 3;
@@ -210,9 +226,9 @@ class DepthSearch {
     part.is_inside = is_inside_;
     push(part);
   }
-  /// Whether cutting planes suffice to bound a flat triangle. The depth in a convex target is a
-  /// concave function.
-  bool isLevelled(Part& part) {
+  /// Whether cutting planes suffice to leave out a flat triangle. They apply because the depth in a
+  /// convex target is a concave function.
+  bool isBoundedByPlanes(Part& part) {
     constexpr int kMostPlanes = 100;
     CuttingPlanes planes;
     int last = part.hint;
@@ -236,7 +252,7 @@ class DepthSearch {
     return source_.bulge(point(part.corners[0]), point(part.corners[1]), point(part.corners[2]),
                          part.chart);
   }
-  /// Bound for a patch by a convex function, which is largest at a corner of the patch's hull.
+  /// Upper bound for a patch by a feature's convex function: its value at a corner of the hull.
   double overPatch(const Part& part, const Witness& witness, const Bulge& bulge) const {
     const auto bound = target_.boundBy(witness);
     double most = -std::numeric_limits<double>::infinity();
@@ -248,7 +264,7 @@ class DepthSearch {
     }
     return most;
   }
-  /// Largest amount by which the bulge raises the bounds by corners.
+  /// The largest amount by which the bulge raises the bound at a corner.
   double bulgeAbove(const Part& part) const {
     const Bulge bulge = bulgeOf(part);
     double most = 0;
@@ -267,7 +283,7 @@ class DepthSearch {
       square = std::max(square, (point(other).x - point(corner).x).squaredNorm());
     return std::sqrt(square);
   }
-  /// Adds a triangle with measured corners, with a bound by everything that is known at them.
+  /// Adds a triangle with measured corners, with bounds by their features, distances and sides.
   void pushMeasured(Part& part) {
     const Bulge bulge = bulgeOf(part);
     upper_ = part.upper;
@@ -286,8 +302,8 @@ class DepthSearch {
     push(part);
   }
 
-  /// Whether a triangle is outside, except for points less than half the tolerance deep: shrunk by
-  /// that much, it does not touch the surface.
+  /// Whether a triangle is outside, except for points less than half the tolerance deep: shrunk so
+  /// that no corner moves farther, it does not touch the surface, and its centroid is outside.
   bool isOutside(Part& part) {
     if (part.is_inside || part.is_clear) return false;
     fcl::Vector3d corners[3], middle = fcl::Vector3d::Zero();
@@ -304,9 +320,9 @@ class DepthSearch {
     return !target_.isInside(middle);
   }
 
-  /// Whether a triangle is outside once it is moved along the outward normal at a corner. Then no
-  /// point of it is deeper than the length of the motion. Tried if the motion takes the triangle
-  /// beyond the plane of that normal's feature.
+  /// Whether a triangle is outside once it is moved by motionLength() along the outward normal of a
+  /// corner's nearest feature. Then no point of it is deeper than that length. Only tried if the
+  /// motion takes the triangle beyond the feature's plane.
   bool isOutsideMoved(const Part& part) {
     if (part.is_inside) return false;  // its features bound it equally well
     const Bulge bulge = bulgeOf(part);
@@ -328,19 +344,20 @@ class DepthSearch {
     return false;
   }
 
-  /// Cuts a triangle in two through a corner.
+  /// Cuts a triangle in two, from a point of an edge to the opposite corner, and adds both halves.
   void cut(const Part& part) {
     const Point* const corners[3] = {&point(part.corners[0]), &point(part.corners[1]),
                                      &point(part.corners[2])};
-    const bool bends = bulgeAbove(part) > tolerance_ / 4;
+    const bool is_curved = bulgeAbove(part) > tolerance_ / 4;
     const auto length = [&](const Point& p, const Point& q) {
-      return bends ? source_.bulge(p, q, q, part.chart).height : source_.length(p, q, part.chart);
+      return is_curved ? source_.bulge(p, q, q, part.chart).height
+                       : source_.length(p, q, part.chart);
     };
-    // Where a patch bends, the edge that bends most is halved, because changes of features are
-    // known only for flat triangles. Every third cut halves the longest edge, so that triangles
-    // become small.
-    const DepthCut<Target> chosen(corners, target_, tolerance_, bends || part.generation % 3 == 0,
-                                  length);
+    // Of a curved patch, the edge with the largest bulge is halved, because DepthCut finds changes
+    // of features only on straight edges. Every third cut halves the longest edge, so that
+    // triangles become small.
+    const DepthCut<Target> chosen(corners, target_, tolerance_,
+                                  is_curved || part.generation % 3 == 0, length);
     const int edge = chosen.edge();
     const int a = part.corners[edge], b = part.corners[(edge + 1) % 3],
               c = part.corners[(edge + 2) % 3];
@@ -361,14 +378,16 @@ class DepthSearch {
       pushMeasured(half);
     }
   }
+
   Source& source_;
   Target& target_;
   const double tolerance_;
   const Leased<Memory> memory_;
   DepthBounds bounds_;
-  int deepest_ = kNone;
-  double dropped_ = 0;  ///< largest bound of the parts left out
-  /// Bound of the part that is being cut; also valid for all parts below it.
+  int deepest_ = kNone;  ///< number of the point whose depth is bounds_.lower; kNone: `known`'s
+  double dropped_ = 0;   ///< largest upper bound of the parts left out
+  /// Upper bound of the part that is being opened, and whether all of it is inside. Both are
+  /// inherited by its children.
   double upper_ = std::numeric_limits<double>::infinity();
   bool is_inside_ = false;
 };

@@ -1,3 +1,4 @@
+// Signed distance of two closed meshes: the distance, or the larger depth by DepthSearch.
 #include "query/depth/signed_distance.h"
 
 #include "base/rounding.h"
@@ -9,8 +10,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Bounds by one point of the first component of `mesh` that is inside `other`, if the point is
-/// deeper than `least`. The surfaces must not touch.
+/// Returns depth bounds by one point of the first component of `mesh` that is inside `other`, if
+/// the point is deeper than `least`. The surfaces must not touch.
 DepthBounds componentInside(const PlacedMesh& mesh, const PlacedMesh& other, double least) {
   DepthBounds found = DepthBounds::from(least);
   visitContained(mesh, other, [&](int, const fcl::Vector3d& x, MeshTarget& target) {
@@ -20,6 +21,7 @@ DepthBounds componentInside(const PlacedMesh& mesh, const PlacedMesh& other, dou
   return found;
 }
 
+/// Returns bounds of the depth of `mesh` in `other`. `known`: see DepthSearch.
 DepthBounds depthOf(const PlacedMesh& mesh, const PlacedMesh& other, double tolerance,
                     const DepthBounds& known) {
   MeshSource source(mesh, RelativePlacement(other.tf, mesh.tf));
@@ -27,11 +29,13 @@ DepthBounds depthOf(const PlacedMesh& mesh, const PlacedMesh& other, double tole
   return DepthSearch<MeshSource, MeshTarget>(source, target, tolerance, known).run();
 }
 
+/// Upper bound of the distance of the mesh's points to the origin of its frame.
 double sizeOf(const PlacedMesh& mesh) {
   return mesh.bounds().aabb_center.stableNorm() + mesh.bounds().aabb_radius;
 }
 
-/// Returns the gap of the nearest triangles. Sets the outward normal of the second surface there.
+/// Returns the gap of the nearest triangles and sets the second surface's outward normal there,
+/// both in the frame of the first mesh.
 TriangleGap nearestOf(const PairOfMeshes& meshes, fcl::Vector3d& outward) {
   const fcl::DistanceRequestd request;
   fcl::DistanceResultd result;
@@ -46,7 +50,7 @@ TriangleGap nearestOf(const PairOfMeshes& meshes, fcl::Vector3d& outward) {
   return gap;
 }
 
-/// Returns a copy that is `unit` times as large.
+/// Returns a copy whose positions are multiplied by `unit`.
 DeformableMesh<double> enlarged(const DeformableMesh<double>& mesh, double unit) {
   std::vector<fcl::Vector3d> positions = mesh.vertices();
   for (fcl::Vector3d& x : positions) x *= unit;
@@ -71,9 +75,9 @@ SignedDistance<double> signedDistanceOfSmall(const DeformableMesh<double>& first
                      enlarged(second, unit), placed, tolerance * unit);
   for (fcl::Vector3d& x : found.points) x = tf * fcl::Vector3d(x / unit);
   found.normal = tf.linear() * found.normal;
-  const auto reduced = [&](double length, double outward) -> double {
-    const double rounded = length / unit;
-    return rounded * unit == length ? rounded : std::nextafter(rounded, outward);
+  const auto reduced = [&](double bound, double direction) -> double {  // rounds toward `direction`
+    const double rounded = bound / unit;
+    return rounded * unit == bound ? rounded : std::nextafter(rounded, direction);
   };
   found.lower = reduced(found.lower, -kInfinity);
   found.upper = found.upper == 0 ? 0. : reduced(found.upper, kInfinity);
@@ -87,6 +91,8 @@ SignedDistance<double> signedDistanceOf(const PairOfMeshes& meshes, double size,
   const SignedDistanceResult result(one.tf, two.tf, precision);
   fcl::Vector3d outward;
   const TriangleGap gap = nearestOf(meshes, outward);
+  // Bounds of the depth of the first mesh in the second, and of the second in the first. Depths
+  // within the rounding error do not count.
   DepthBounds in_second = DepthBounds::from(precision.error()), in_first = in_second;
   if (gap.distance > 0) {
     in_second = componentInside(one, two, precision.error());

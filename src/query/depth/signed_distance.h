@@ -13,7 +13,7 @@ namespace adaptive_bvh {
 /// The tolerance of a signed distance, adjusted for rounding: docs/bounds.md, 19.
 class DepthPrecision {
  public:
-  /// `size`: of all coordinates of both bodies, in the frame of either.
+  /// `size`: upper bound of the coordinates of both bodies, in the frame of either.
   DepthPrecision(const fcl::Transform3d& tf1, const fcl::Transform3d& tf2, double size,
                  double tolerance)
       : size_(size),
@@ -23,10 +23,11 @@ class DepthPrecision {
   double size() const { return size_; }
   /// Error of a computed depth or distance.
   double error() const { return error_; }
-  /// Tolerance of the search: the requested one less the error.
+  /// Tolerance of the search: that of the result, as adjusted, less twice the error.
   double tolerance() const { return tolerance_ - 2 * error_; }
 
  private:
+  /// How far a rotation is from orthonormal.
   static double defectOf(const fcl::Transform3d& tf) {
     const fcl::Matrix3d R = tf.linear();
     return (R.transpose() * R - fcl::Matrix3d::Identity()).norm();
@@ -35,7 +36,7 @@ class DepthPrecision {
   double size_, error_, tolerance_;
 };
 
-/// Builds the result for two placed bodies.
+/// Builds the result of signedDistance for two placed bodies, in the world frame.
 class SignedDistanceResult {
  public:
   SignedDistanceResult(const fcl::Transform3d& tf1, const fcl::Transform3d& tf2,
@@ -63,19 +64,21 @@ class SignedDistanceResult {
     result.searches = 0;
     return result;
   }
-  /// Result for bodies of which one has a point inside the other. Each bound is in the frame of its
-  /// target, the other body; one of the two may be empty.
+  /// Result for bodies of which one has a point inside the other. Each bound is in the frame of the
+  /// body that contains the point; if both have a point, the second body's is deeper.
   SignedDistance<double> inside(const DepthBounds& first_in_second,
                                 const DepthBounds& second_in_first) const {
     SignedDistance<double> result;
     if (second_in_first.is_found) {
-      const DepthBounds& at = second_in_first;
+      const DepthBounds& deepest = second_in_first;
       result.deep_body = DeepBody::Second;
-      setPoints(tf1_ * at.nearest, tf1_ * at.x, -1, tf1_.linear() * at.outward, result);
+      setPoints(tf1_ * deepest.nearest, tf1_ * deepest.x, -1, tf1_.linear() * deepest.outward,
+                result);
     } else {
-      const DepthBounds& at = first_in_second;
+      const DepthBounds& deepest = first_in_second;
       result.deep_body = DeepBody::First;
-      setPoints(tf2_ * at.x, tf2_ * at.nearest, -1, tf2_.linear() * -at.outward, result);
+      setPoints(tf2_ * deepest.x, tf2_ * deepest.nearest, -1, tf2_.linear() * -deepest.outward,
+                result);
     }
     setBounds(-std::max(first_in_second.upper, second_in_first.upper),
               -std::max(first_in_second.lower, second_in_first.lower), result);
@@ -84,17 +87,18 @@ class SignedDistanceResult {
   }
 
  private:
-  /// `sign`: 1 if the line between the points leads from the first body to the second, else -1.
-  /// `otherwise`: the normal if the points are too close.
+  /// Sets the points and the normal, along the line between them. `sign`: 1 if that line leads from
+  /// the first body to the second, else -1. `fallback`: the normal if the points are too close.
   void setPoints(const fcl::Vector3d& first, const fcl::Vector3d& second, double sign,
-                 const fcl::Vector3d& otherwise, SignedDistance<double>& result) const {
-    constexpr double kShort = 1e-8;
+                 const fcl::Vector3d& fallback, SignedDistance<double>& result) const {
+    constexpr double kShort = 1e-8;  // of the size: the direction is rounding only
     result.points = {first, second};
     fcl::Vector3d normal = sign * (second - first);
-    if (!(normal.norm() > kShort * precision_.size())) normal = otherwise;
+    if (!(normal.norm() > kShort * precision_.size())) normal = fallback;
     if (normal.isZero(0)) normal = fcl::Vector3d::UnitZ();
     result.normal = normal.stableNormalized();
   }
+  /// Widens the bounds by the error.
   void setBounds(double lower, double upper, SignedDistance<double>& result) const {
     result.lower = lower - precision_.error();
     result.upper = upper + precision_.error();

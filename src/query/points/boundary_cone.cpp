@@ -23,10 +23,10 @@ struct ExactCross {
   Vector direction;  ///< zero if the product is zero
   double length;
 
-  /// The cross product of a - x and b - x, with its length multiplied by 2^by.
-  ExactCross(const Vector& a, const Vector& b, const Vector& x, int by) {
+  /// (a - x) x (b - x) = a x b - x x b - a x x, with its length multiplied by 2^length_exponent.
+  ExactCross(const Vector& a, const Vector& b, const Vector& x, int length_exponent) {
     ExactSum::Scaled components[3];
-    int exponent = std::numeric_limits<int>::min();
+    int exponent = std::numeric_limits<int>::min();  // of the largest component
     for (int k = 0; k < 3; ++k) {
       const int i = (k + 1) % 3, j = (k + 2) % 3;
       ExactSum sum;
@@ -42,65 +42,66 @@ struct ExactCross {
                          : std::ldexp(components[k].mantissa, components[k].exponent - exponent);
     const double norm = direction.norm();
     if (norm > 0) direction /= norm;
-    length = norm > 0 ? std::ldexp(norm, exponent + by) : 0;
+    length = norm > 0 ? std::ldexp(norm, exponent + length_exponent) : 0;
   }
 };
 
-/// The ends p and q of an edge relative to a point, and their lengths. All are multiplied by
-/// 2^exponent, so that products are in range.
+/// An edge seen from a point x: the vectors p and q from x to its ends a and b, multiplied by
+/// 2^exponent so that their products are in range.
 struct SeenEdge {
   int exponent;
   Vector p, q;
-  double pn, qn;
+  double p_length, q_length;
 
   SeenEdge(const Vector& a, const Vector& b, const Vector& x) : p(a - x), q(b - x) {
     exponent = -std::ilogb(std::max(p.lpNorm<Eigen::Infinity>(), q.lpNorm<Eigen::Infinity>()));
-    p = enlarged(p);
-    q = enlarged(q);
-    pn = p.stableNorm();
-    qn = q.stableNorm();
+    p = scaled(p);
+    q = scaled(q);
+    p_length = p.stableNorm();
+    q_length = q.stableNorm();
   }
-  Vector enlarged(const Vector& v) const {
+  Vector scaled(const Vector& v) const {
     return {std::ldexp(v[0], exponent), std::ldexp(v[1], exponent), std::ldexp(v[2], exponent)};
   }
 };
 
-/// halfSolidAngle for an edge seen under nearly 180 degrees. The tangent of the angle is
+/// halfSolidAngle for an edge seen under nearly 180 degrees. `apex`: direction of the apex, of
+/// length 1. The tangent of half the solid angle is
 /// apex (p x q) / (|p| |q| + p q + apex (|q| p + |p| q)) (van Oosterom and Strackee 1983). The sums
 /// in the denominator cancel, so they are expressed by the exact |p x q|: docs/bounds.md, 16.
-double nearHalfAngle(const Vector& a, const Vector& b, const Vector& x, const SeenEdge& seen,
-                     const Vector& apex) {
+double halfSolidAngleOfWideEdge(const Vector& a, const Vector& b, const Vector& x,
+                                const SeenEdge& seen, const Vector& apex) {
   countExact(ExactDecision::BoundaryAngle);
-  const ExactCross across(a, b, x, 2 * seen.exponent);
-  const Vector edge = seen.enlarged(b - a);
+  const double p_length = seen.p_length, q_length = seen.q_length;
+  const ExactCross cross(a, b, x, 2 * seen.exponent);
+  const Vector edge = seen.scaled(b - a);
   const double length = edge.norm();
   const Vector along = edge / length;
-  const double from = seen.p.dot(along), to = seen.q.dot(along);
-  // The denominator divided by |p x q|: |p| |q| + p q, then the components of |q| p + |p| q across
-  // the edge and along it.
-  const double real =
-      across.length / (seen.pn * seen.qn - seen.p.dot(seen.q)) +
-      apex.dot(along.cross(across.direction)) * (seen.pn + seen.qn) / length +
-      apex.dot(along) * (across.length / length) * (from + to) / (to * seen.pn - from * seen.qn);
-  return std::atan2(apex.dot(across.direction), real);
+  const double p_along = seen.p.dot(along), q_along = seen.q.dot(along);
+  // Divided by |p x q|: |p| |q| + p q, and |q| p + |p| q across the edge, then along it.
+  const double denominator =
+      cross.length / (p_length * q_length - seen.p.dot(seen.q)) +
+      apex.dot(along.cross(cross.direction)) * (p_length + q_length) / length +
+      apex.dot(along) * (cross.length / length) * (p_along + q_along) /
+          (q_along * p_length - p_along * q_length);
+  return std::atan2(apex.dot(cross.direction), denominator);
 }
 
-/// A right-handed frame whose third axis is opposite to a ray. For a ray along a coordinate axis,
-/// its axes are coordinate axes and `order` says which ones; else `order` is 0, 1, 2.
+/// A right-handed frame whose third axis, the direction of the cone's apex, is opposite to a ray.
 struct ConeFrame {
-  fcl::Matrix3d axes;
-  int order[3] = {0, 1, 2};
-  bool is_aligned;
+  fcl::Matrix3d axes;        ///< columns
+  bool is_aligned;           ///< the ray is along a coordinate axis; so are all axes of the frame
+  int order[3] = {0, 1, 2};  ///< if aligned, the number of the coordinate that axis k is along
 
   explicit ConeFrame(const Vector& ray) : is_aligned((ray.array() != 0).count() == 1) {
-    is_aligned ? align(ray) : turn(ray);
+    is_aligned ? setAligned(ray) : setRotated(ray);
   }
-  void turn(const Vector& ray) {
+  void setRotated(const Vector& ray) {
     axes.col(2) = -ray.normalized();
     axes.col(0) = axes.col(2).unitOrthogonal();
     axes.col(1) = axes.col(2).cross(axes.col(0));
   }
-  void align(const Vector& ray) {
+  void setAligned(const Vector& ray) {
     for (int k = 0; k < 3; ++k)
       if (ray[k] != 0) order[2] = k;
     const bool is_backward = ray[order[2]] < 0;
@@ -128,11 +129,11 @@ double halfSolidAngle(const Vector& a, const Vector& b, const Vector& x,
                       const fcl::Matrix3d& axes) {
   if (a == x || b == x) return 0;
   const SeenEdge e(a, b, x);
-  constexpr double kNear = 0x1p-6;
-  if (e.pn * e.qn + e.p.dot(e.q) < kNear * e.pn * e.qn)
-    return nearHalfAngle(a, b, x, e, axes.col(2));
-  // The argument of 1 + z* w: see BoundaryKernel.
-  const Vector u = axes.transpose() * (e.p / e.pn), v = axes.transpose() * (e.q / e.qn);
+  constexpr double kWide = 0x1p-6;  // of 1 + the cosine of the angle under which the edge is seen
+  if (e.p_length * e.q_length + e.p.dot(e.q) < kWide * e.p_length * e.q_length)
+    return halfSolidAngleOfWideEdge(a, b, x, e, axes.col(2));
+  // The argument of 1 + z* w (see BoundaryKernel), for the directions u and v of the ends.
+  const Vector u = axes.transpose() * (e.p / e.p_length), v = axes.transpose() * (e.q / e.q_length);
   return std::atan2(u[0] * v[1] - u[1] * v[0], (1 + u[2]) * (1 + v[2]) + u[0] * v[0] + u[1] * v[1]);
 }
 
@@ -155,46 +156,45 @@ BoundaryCone::BoundaryCone(const MeshState& mesh) : scale_(mesh.tree.scale()) {
     memory.push(vertexAt(first), 1);  // closes the curve
     memory.push(vertexAt(first), 0);  // separates it from the next one
   }
-  // Padded, because the kernel adds kStep edges at once and reads kStep vertices beyond them.
+  // Pad: the kernel adds kStep edges at once and reads kStep vertices beyond the last edge.
   num_edges_ = (memory.weights.size() + kStep - 1) / kStep * kStep;
   while (memory.weights.size() < num_edges_ + kStep) memory.push(Vector::Zero(), 0);
 }
 
-bool BoundaryCone::addTo(double& number, const Vector& x, const Vector& ray, int tries) const {
-  const Vector at = scale_ * x;
-  const Memory& m = *memory_;
+bool BoundaryCone::addTo(double& winding, const Vector& x, const Vector& ray, int tries) const {
+  const Vector point = scale_ * x;
+  const std::array<std::vector<double>, 3>& coordinates = memory_->coordinates;
   const ConeFrame frame(ray);
-  const BoundaryArrays arrays = {m.coordinates[0].data(), m.coordinates[1].data(),
-                                 m.coordinates[2].data(), m.weights.data()};
   BoundaryView view;
   view.is_aligned = frame.is_aligned;
-  // Refuses a vertex within an angle of 2^-10 of the ray's direction; of less after 16 tries.
+  // The limit for vertices at an angle of 2^-10 from the ray; at smaller angles after 16 tries.
   view.limit = std::ldexp(1., 42 + 2 * std::min(std::max(0, tries - 16), 20));
   for (int k = 0; k < 3; ++k) {
-    view.at[k] = at[frame.order[k]];
+    view.point[k] = point[frame.order[k]];
     for (int i = 0; i < 3; ++i) view.axes[i][k] = frame.axes(frame.order[k], i);
   }
-  const auto coordinates = [&](int k) {
-    return m.coordinates[static_cast<std::size_t>(frame.order[k])].data();
+  const auto inOrder = [&](int k) {
+    return coordinates[static_cast<std::size_t>(frame.order[k])].data();
   };
-  const BoundaryArrays ordered = {coordinates(0), coordinates(1), coordinates(2), arrays.weight};
+  const BoundaryArrays boundary = {inOrder(0), inOrder(1), inOrder(2), memory_->weights.data()};
   static const AddBoundary addBlock = addBoundary();
-  BoundaryTurn turn;
-  double sum = 0;
+  BoundaryTurn turn;  // half the solid angle of the edges that the kernel adds
+  double sum = 0;     // of the others
   for (std::size_t begin = 0; begin < num_edges_; begin += kBlock) {
-    unsigned listed[kBlock];
-    std::size_t count = 0;
-    if (!addBlock(ordered, begin, std::min(kBlock, num_edges_ - begin), view, turn, listed, count))
+    unsigned skipped[kBlock];
+    std::size_t num_skipped = 0;
+    if (!addBlock(boundary, begin, std::min(kBlock, num_edges_ - begin), view, turn, skipped,
+                  num_skipped))
       return false;
-    for (std::size_t k = 0; k < count; ++k) {  // edges that the kernel did not add
+    for (std::size_t k = 0; k < num_skipped; ++k) {
       const auto vertexAt = [&](std::size_t i) -> Vector {
-        return {arrays.x[i], arrays.y[i], arrays.z[i]};
+        return {coordinates[0][i], coordinates[1][i], coordinates[2][i]};
       };
-      sum += halfSolidAngle(vertexAt(listed[k]), vertexAt(listed[k] + 1), at, frame.axes);
+      sum += halfSolidAngle(vertexAt(skipped[k]), vertexAt(skipped[k] + 1), point, frame.axes);
     }
   }
   // Adding 0 turns -0 into 0, so that the angle is pi and not -pi (BoundaryTurn).
-  number += (sum + std::atan2(turn.y + 0., turn.x)) / kFullTurn + static_cast<double>(turn.turns);
+  winding += (sum + std::atan2(turn.y + 0., turn.x)) / kFullTurn + static_cast<double>(turn.turns);
   return true;
 }
 

@@ -11,7 +11,7 @@ namespace adaptive_bvh {
 
 /// Returns half the solid angle, seen from x, of the triangle between the edge from a to b and a
 /// point at infinity along the third of the orthonormal `axes`; 0 if x is on the edge. The error is
-/// below 2^-44 if no end is within 2^-10 of the opposite direction.
+/// below 2^-44 if x sees neither end within an angle of 2^-10 of the opposite direction.
 double halfSolidAngle(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& x,
                       const fcl::Matrix3d& axes);
 
@@ -26,22 +26,22 @@ class BoundaryCone {
   /// Copies the boundary's vertices, in their present positions.
   explicit BoundaryCone(const MeshState& mesh);
 
-  /// Adds the winding number of the cone, turned inside out, to `number`. `ray`: direction of the
-  /// ray. Takes time in proportion to the boundary. The error is at most 2^-52 for each edge.
-  /// Returns false if a vertex is within 2^-10 of the ray's direction; after many `tries` that
-  /// limit is smaller.
-  bool addTo(double& number, const fcl::Vector3d& x, const fcl::Vector3d& ray, int tries) const;
+  /// Adds the winding number of the cone, turned inside out, at x to `winding`. `ray`: direction in
+  /// which crossings with the mesh were counted; the apex is opposite. The error is at most 2^-52
+  /// for each boundary edge. Returns false, and adds nothing, if x sees a boundary vertex within an
+  /// angle of 2^-10 of the ray; after many `tries` (rays tried before) that angle is smaller.
+  bool addTo(double& winding, const fcl::Vector3d& x, const fcl::Vector3d& ray, int tries) const;
 
  private:
   struct Memory {
-    std::array<std::vector<double>, 3> coordinates;
-    std::vector<double> weights;
+    std::array<std::vector<double>, 3> coordinates;  ///< of vertices, multiplied by scale_
+    std::vector<double> weights;                     ///< of vertices: see BoundaryArrays
 
     void push(const fcl::Vector3d& vertex, double weight);
   };
 
-  const double scale_;
-  std::size_t num_edges_ = 0;
+  const double scale_;         ///< brings the mesh's size to about 1
+  std::size_t num_edges_ = 0;  ///< with separators and padding: a multiple of the kernel's kStep
   const Leased<Memory> memory_;
 };
 

@@ -1,4 +1,4 @@
-// Compiled for AVX2, and called only where the processor has it: see boundary_cone.cpp.
+// The kernel of BoundaryCone for AVX2; boundary_cone.cpp calls it if the processor has AVX2.
 #ifdef __AVX2__
 #include "query/points/boundary_kernel.h"
 

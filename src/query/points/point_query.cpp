@@ -1,3 +1,5 @@
+// Nearest points, signed distances, winding numbers and clearances. Checks the arguments, then runs
+// PointSearch (nearest triangle) and WindingNumber (side) for each point, on several threads.
 #include "adaptive_bvh/point_query.h"
 
 #include <limits>
@@ -13,6 +15,7 @@
 namespace adaptive_bvh {
 namespace {
 
+/// Throws std::invalid_argument if a coordinate is infinite or NaN.
 template <typename S>
 void requireFinite(const fcl::Vector3<S>* points, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i)
@@ -31,11 +34,14 @@ void forEachPoint(const MeshState& mesh, const fcl::Vector3<S>* points, std::siz
   });
 }
 
+/// Converts the result of a search to S.
 template <typename S>
 ClosestPoint<S> pointOf(const PointSearch::Nearest& nearest) {
   return {nearest.point.template cast<S>(), static_cast<S>(nearest.distance), nearest.triangle};
 }
 
+/// Converts the result of a search to S; adds the feature of the nearest point and its normal. If
+/// no triangle was found: a NaN point at an infinite distance.
 template <typename S>
 ClosestFeature<S> featureOf(const SurfaceNormals& normals, const PointSearch::Nearest& nearest) {
   if (nearest.triangle < 0)
@@ -57,8 +63,8 @@ ClosestFeature<S> featureOf(const SurfaceNormals& normals, const PointSearch::Ne
           normals.at(place).template cast<S>()};
 }
 
-/// Sets the distance of each vertex of `mesh` to `other`, at most `limit`, times sign(x); x is the
-/// vertex in the other's frame. Each thread calls makeSign() for a function of its own.
+/// Sets `result`, by vertex of `mesh`, to the distance to `other`, at most `limit`, times sign(x);
+/// x is the vertex in the other's frame. makeSign() returns a thread's own function.
 template <typename S, typename MakeSign>
 void findDistances(const MeshState& mesh, const RelativePlacement& to_other, const MeshState& other,
                    S limit, const MakeSign& makeSign, std::vector<S>& result) {
@@ -66,8 +72,9 @@ void findDistances(const MeshState& mesh, const RelativePlacement& to_other, con
   forEachPoint(other, mesh.vertices.data(), result.size(), [&] {
     return [&, search = NearestInTurn(other), sign = makeSign()](std::size_t i,
                                                                  const fcl::Vector3d& x) mutable {
-      const fcl::Vector3d at = to_other(x);
-      result[i] = sign(at) * static_cast<S>(search(at, static_cast<double>(limit)).distance);
+      const fcl::Vector3d in_other = to_other(x);
+      result[i] =
+          sign(in_other) * static_cast<S>(search(in_other, static_cast<double>(limit)).distance);
     };
   });
 }
@@ -161,8 +168,8 @@ void clearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
   requireDistance(limit);
   requireRigid(tf);
   requireRigid(other_tf);
-  const auto noSign = [] { return [](const fcl::Vector3d&) { return S(1); }; };
-  findDistances(stateOf(mesh), RelativePlacement(other_tf, tf), stateOf(other), limit, noSign,
+  const auto makePositive = [] { return [](const fcl::Vector3d&) { return S(1); }; };
+  findDistances(stateOf(mesh), RelativePlacement(other_tf, tf), stateOf(other), limit, makePositive,
                 result);
 }
 
@@ -175,12 +182,13 @@ void signedClearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf
   requireRigid(other_tf);
   const MeshState& closed = stateOf(other);
   requireClosed(closed, "a signed clearance");
-  const auto byWinding = [&] {
+  const auto makeWindingSign = [&] {
     return [number = WindingNumber(closed)](const fcl::Vector3d& x) mutable {
       return number.of(x) != 0 ? S(-1) : S(1);
     };
   };
-  findDistances(stateOf(mesh), RelativePlacement(other_tf, tf), closed, limit, byWinding, result);
+  findDistances(stateOf(mesh), RelativePlacement(other_tf, tf), closed, limit, makeWindingSign,
+                result);
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                               \

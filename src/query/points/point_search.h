@@ -19,8 +19,8 @@
 
 namespace adaptive_bvh {
 
-/// Calls run(begin, end) for all parts of [0, count), on up to `threads` threads. `run`: see
-/// TaskPool::forEach.
+/// Cuts [0, count) into parts and calls run(begin, end) for each, on up to `threads` threads.
+/// `run`: see TaskPool::forEach.
 template <typename Run>
 void forEachBatch(int threads, std::size_t count, Run&& run) {
   constexpr std::size_t kBatch = 512;
@@ -35,9 +35,10 @@ void forEachBatch(int threads, std::size_t count, Run&& run) {
 /// Finds the triangle nearest to a point, by a mesh's four-wide tree: depth first, nearest box
 /// first, without boxes farther than the nearest triangle so far. Boxes and the triangles of a leaf
 /// are tested in single precision, which excludes triangles that are certainly farther; the others
-/// are tested in double: docs/bounds.md, 16. For a point far away, single precision does not
-/// distinguish many triangles; then the search uses bounds along the line from the point to the
-/// body.
+/// are tested in double: docs/bounds.md, 16. For a point far away, single precision excludes too
+/// few triangles; then the search continues with bounds along the line from the point to the body.
+///
+/// Points, and the results, are in the mesh's frame.
 class PointSearch {
  public:
   struct Nearest {
@@ -46,14 +47,14 @@ class PointSearch {
     int triangle = -1;           ///< its index; -1 if none is within the initial distance
     VertexIndices corners = {};  ///< of the triangle
     feature_distance::FacePlace<double> place = {};          ///< of the point in the triangle
-    double limit = std::numeric_limits<double>::infinity();  ///< farther triangles do not count
+    double limit = std::numeric_limits<double>::infinity();  ///< farther triangles are ignored
   };
 
   explicit PointSearch(const MeshState& mesh) : mesh_(mesh), tree_(mesh.tree), walk_(tree_) {}
 
-  /// Finds a triangle nearer to `x` than `nearest`, or equally near with a smaller index. So the
-  /// result does not depend on the initial `nearest`. May stop at a triangle that is at most
-  /// `enough` away.
+  /// Replaces `nearest` by the triangle nearest to x, if that is nearer, or equally near with a
+  /// smaller index. So the result is independent of the initial triangle. May stop at a triangle
+  /// within `enough`.
   void search(const fcl::Vector3d& x, Nearest& nearest, double enough = -1) {
     if (nearest.distance <= enough) return;
     setPoint(x, nearest.distance);
@@ -69,7 +70,7 @@ class PointSearch {
   }
   /// How many triangles the last search tested in double precision.
   std::size_t triangleTests() const { return tests_; }
-  /// Tries one triangle, as a first bound.
+  /// Replaces `nearest` by this triangle if it is nearer: an upper bound for `search`.
   void tryTriangle(const fcl::Vector3d& x, int triangle, Nearest& nearest) const {
     tryFace(x, mesh_.view().verticesOf(static_cast<unsigned>(triangle)), triangle, nearest);
   }
@@ -84,6 +85,7 @@ class PointSearch {
   }
   Corners pointsOf(const VertexIndices& v) const { return {point(v[0]), point(v[1]), point(v[2])}; }
 
+  /// Replaces `nearest` if the triangle is nearer. Ties within rounding are decided by isBefore.
   void tryFace(const fcl::Vector3d& x, const VertexIndices& corners, int triangle,
                Nearest& nearest) const {
     if (triangle == nearest.triangle) return;
@@ -91,44 +93,44 @@ class PointSearch {
     Place place;
     const double distance =
         feature_distance::Face<double>(pointsOf(corners)).distance(x, on_face, place);
-    const double farther = distance - nearest.distance;
-    if (farther > rounding_ || distance > nearest.limit) return;
+    const double excess = distance - nearest.distance;
+    if (excess > rounding_ || distance > nearest.limit) return;
     const Nearest found = {on_face, distance, triangle, corners, place, nearest.limit};
-    const bool is_tie = farther >= -rounding_ && nearest.triangle >= 0;
-    if (!is_tie ? farther <= 0 : isBefore(x, found, nearest)) nearest = found;
+    const bool is_tie = excess >= -rounding_ && nearest.triangle >= 0;
+    if (!is_tie ? excess <= 0 : isBefore(x, found, nearest)) nearest = found;
   }
   /// Orders two triangles that are equally near up to rounding: whether the first is nearer or, if
-  /// both are exactly as near, has the smaller index. The order does not depend on which triangles
-  /// were tried before.
+  /// both are exactly as near, has the smaller index. So the order of the tests does not matter.
   bool isBefore(const fcl::Vector3d& x, const Nearest& one, const Nearest& other) const {
     const bool is_smaller = one.triangle < other.triangle;
-    if (areSame(one, other)) return is_smaller;
+    if (areOnSameFeature(one, other)) return is_smaller;
     const double scale = scaleOf(std::max(one.distance, other.distance));
     const PreciseSquare square(x, pointsOf(one.corners), one.place, scale),
-        of_other(x, pointsOf(other.corners), other.place, scale);
-    return square.isLess(of_other) || (is_smaller && !of_other.isLess(square));
+        other_square(x, pointsOf(other.corners), other.place, scale);
+    return square.isLess(other_square) || (is_smaller && !other_square.isLess(square));
   }
-  /// A power of two that brings a distance to about 1, and the body to no more than 2^300.
+  /// Returns a power of two that brings a distance to about 1, but the body to at most 2^300.
   double scaleOf(double distance) const {
     const int least = std::ilogb(tree_.scale()), most = std::min(least + 300, 1000);
     const bool is_known = distance > 0 && distance < std::numeric_limits<double>::infinity();
     return std::ldexp(1., is_known ? std::min(-std::ilogb(distance), most) : most);
   }
-  /// Whether two points lie on the same vertex, or on the same edge.
-  static bool areSame(const Nearest& one, const Nearest& other) {
-    const Place &at = one.place, &at_other = other.place;
-    if (at.is_inside || at_other.is_inside || (at.along == 0) != (at_other.along == 0))
-      return false;
-    const unsigned from = one.corners[at.edge], from_other = other.corners[at_other.edge];
-    if (at.along == 0) return from == from_other;
-    const unsigned to = one.corners[(at.edge + 1) % 3],
-                   to_other = other.corners[(at_other.edge + 1) % 3];
-    return (from == to_other && to == from_other) || (from == from_other && to == to_other);
+  /// Whether both nearest points are the same vertex, or lie on the same edge.
+  static bool areOnSameFeature(const Nearest& one, const Nearest& other) {
+    const Place &place = one.place, &other_place = other.place;
+    if (place.is_inside || other_place.is_inside) return false;
+    const bool is_vertex = place.along == 0;
+    if (is_vertex != (other_place.along == 0)) return false;
+    const unsigned from = one.corners[place.edge], other_from = other.corners[other_place.edge];
+    if (is_vertex) return from == other_from;
+    const unsigned to = one.corners[(place.edge + 1) % 3],
+                   other_to = other.corners[(other_place.edge + 1) % 3];
+    return (from == other_to && to == other_from) || (from == other_from && to == other_to);
   }
 
-  /// Sets the point and its errors. A point's coordinates beyond the body have an error of 2^-24 of
-  /// themselves plus the rounding of double precision, and so has a gap. For coordinates below 2,
-  /// the boxes' own margin covers it.
+  /// Sets the point in the tree's coordinates, the error bounds, and the limit. A coordinate in
+  /// single precision has a relative error of 2^-24 plus the rounding in double precision, and so
+  /// has a gap; kError covers both. The boxes' own margin covers the error of coordinates below 2.
   void setPoint(const fcl::Vector3d& x, double distance) {
     const fcl::Vector3d y = tree_.toBody() * (x - tree_.origin());
     const double size = y.template lpNorm<Eigen::Infinity>();
@@ -139,11 +141,12 @@ class PointSearch {
     if (!(size < kFar)) error_ = float4::all(std::numeric_limits<float>::max());
     setLimit(distance);
     tests_ = 0;
-    most_tests_ = size < kSeenFromFar ? std::numeric_limits<std::size_t>::max()
-                                      : kManyTests + tree_.slots().used() / kPerTest;
+    most_tests_ = size < kFarPoint ? std::numeric_limits<std::size_t>::max()
+                                   : kManyTests + tree_.slots().used() / kPerTest;
   }
   void setLimit(double distance) { limit_ = squaredGapOf(distance * tree_.scale()); }
 
+  /// Returns lower bounds of the squared distances of four boxes, in the tree's units.
   ADAPTIVE_BVH_INLINE Float4 squaredGaps(const Boxes4& boxes) const {
     using float4::upper;
     Float4 sum = float4::all(0);
@@ -156,6 +159,7 @@ class PointSearch {
     return sum;
   }
 
+  /// Tests the leaf's triangles in `lanes`: first by gaps in single precision.
   void visitLeaf(const WideNode& leaf, unsigned lanes, const fcl::Vector3d& x, Nearest& nearest) {
     Vector4x3 corners[3];
     gatherLeaf(tree_.slots(), tree_.positions(), leaf, corners);
@@ -175,7 +179,7 @@ class PointSearch {
     if (!isTaken(Shortcut::SinglePrecision)) return 15;
     return 15 & ~float4::bits((bound > float4::all(0)) & (bound * bound > float4::all(limit_)));
   }
-  /// Continues a search after many tests, by bounds along a line.
+  /// Starts again from the root after many tests, with bounds along the line to the body.
   template <typename IsOver>
   void searchAlong(const fcl::Vector3d& x, Nearest& nearest, const IsOver& isOver) {
     const Leased<LineToCore> line;
@@ -207,7 +211,7 @@ class PointSearch {
 
   static constexpr double kFar = 1e15;  // its square is within single precision
   static constexpr double kError = 1. / (1 << 22);
-  static constexpr double kSeenFromFar = 32;      // times the size of the body
+  static constexpr double kFarPoint = 32;         // times the size of the body
   static constexpr std::size_t kManyTests = 256;  // of triangles
   static constexpr std::size_t kPerTest = 32;     // positions read in the time of a test
   /// Upper bound of the summed errors of the distances of two triangles, in the tree's units.
@@ -216,21 +220,22 @@ class PointSearch {
   const MeshState& mesh_;
   const WideTree& tree_;
   TreeWalk walk_;
-  Float4 point_[3], error_;
-  float limit_ = 0;
-  std::size_t tests_ = 0, most_tests_ = 0;
-  double rounding_ = 0;  ///< of the difference of two distances
+  Float4 point_[3], error_;     ///< the point, and its error, in the tree's coordinates
+  float limit_ = 0;             ///< boxes with larger squaredGaps are skipped
+  std::size_t tests_ = 0;       ///< of triangles in double precision
+  std::size_t most_tests_ = 0;  ///< after this number, searchAlong replaces the walk by boxes
+  double rounding_ = 0;         ///< error of the difference of two distances, in the mesh's units
 };
 
-/// Finds the nearest triangles of points that follow each other; each result is a first bound for
-/// the next point.
+/// Finds the nearest triangles of a sequence of points. The triangle of each point is an upper
+/// bound for the next one, so sequences of near points are fast.
 class NearestInTurn {
  public:
   using Nearest = PointSearch::Nearest;
 
   explicit NearestInTurn(const MeshState& mesh) : search_(mesh) {}
 
-  /// Returns no triangle (index -1) if none is within `limit`.
+  /// Returns the nearest triangle within `limit`, or none: the index -1.
   Nearest operator()(const fcl::Vector3d& x,
                      double limit = std::numeric_limits<double>::infinity()) {
     Nearest nearest;
@@ -243,7 +248,7 @@ class NearestInTurn {
 
  private:
   PointSearch search_;
-  int last_ = -1;
+  int last_ = -1;  ///< the last point's nearest triangle; -1: none
 };
 
 }  // namespace adaptive_bvh

@@ -1,3 +1,5 @@
+// Ray queries in S, by RayWalk in double precision. A callback receives each hit and returns the t
+// up to which further hits are of interest; a negative t ends the search of that ray.
 #include <algorithm>
 #include <cmath>
 
@@ -8,6 +10,7 @@
 namespace adaptive_bvh {
 namespace {
 
+/// The result of a ray without hits.
 template <typename S>
 RayHit<S> noHit() {
   return {std::numeric_limits<S>::infinity(), -1, 0, 0};
@@ -18,7 +21,7 @@ RayHit<S> hitOf(int triangle, const RayTriangle::Hit& hit) {
 }
 /// Whether a hit is in the range, and S can represent its t.
 template <typename S>
-bool isIn(const RayRange<S>& range, S t) {
+bool isInRange(const RayRange<S>& range, S t) {
   return range.begin <= t && t <= range.end && std::isfinite(t);
 }
 /// The order of hits. (Two hits that differ in double precision may be equal in single precision.)
@@ -32,17 +35,18 @@ template <typename S>
 double keepFirst(const RayRange<S>& range, int triangle, const RayTriangle::Hit& hit,
                  RayHit<S>& first) {
   const RayHit<S> found = hitOf<S>(triangle, hit);
-  if (isIn(range, found.t) && isBefore(found, first)) first = found;
+  if (isInRange(range, found.t) && isBefore(found, first)) first = found;
   return static_cast<double>(std::min(first.t, range.end));
 }
-/// Records that there is a hit. Then returns a negative number, because other hits do not matter.
+/// If the hit is in the range, sets `any` and returns a negative t: other hits do not matter.
 template <typename S>
 double keepAny(const RayRange<S>& range, const RayTriangle::Hit& hit, std::uint8_t& any) {
-  if (!isIn(range, static_cast<S>(hit.t))) return static_cast<double>(range.end);
+  if (!isInRange(range, static_cast<S>(hit.t))) return static_cast<double>(range.end);
   any = 1;
   return -1;
 }
 
+/// Searches one ray, and calls found(triangle, hit) for each hit.
 template <typename S, typename Found>
 void search(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
             const fcl::Vector3<S>& direction, const RayRange<S>& range, const Found& found) {
@@ -51,8 +55,8 @@ void search(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
               double(range.begin), double(range.end), found);
 }
 
-/// Searches many rays: `none` is the initial result of a ray, and found(triangle, hit, of_ray) is
-/// called for each hit.
+/// Searches many rays, after checks. `none` is the initial result of each ray;
+/// found(triangle, hit, ray_result) is called for each hit.
 template <typename S, typename Result, typename Found>
 void searchMany(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* origins,
                 const fcl::Vector3<S>* directions, std::size_t count, const RayRange<S>& range,
@@ -87,7 +91,7 @@ std::size_t rayHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin
   result.clear();
   search(mesh, origin, direction, range, [&](int triangle, const RayTriangle::Hit& hit) -> double {
     const RayHit<S> found = hitOf<S>(triangle, hit);
-    if (isIn(range, found.t)) result.push_back(found);
+    if (isInRange(range, found.t)) result.push_back(found);
     return static_cast<double>(range.end);
   });
   std::sort(result.begin(), result.end(), isBefore<S>);

@@ -36,13 +36,12 @@ void requireRange(const RayRange<S>& range) {
     throw std::invalid_argument("adaptive_bvh: the range of a ray ends before it begins");
 }
 
-/// A ray in the coordinates of a four-wide tree, in single precision. It starts where it comes near
-/// the body, so that all coordinates are below 8. Boxes, and lengths along the ray, are compared
-/// with margins for rounding: docs/bounds.md, 16.
+/// A ray in the coordinates of a four-wide tree, in single precision, and its slab test against
+/// four boxes. Lengths along the ray are measured from a start near the body, so that all
+/// coordinates are below 8. Boxes and lengths have margins for rounding: docs/bounds.md, 16.
 class RayInTree {
  public:
-  /// Sets the direction. A very long or short one is scaled first, so that it is normalized
-  /// exactly.
+  /// Sets the direction. A very long or short one is scaled before it is normalized.
   void setDirection(const WideTree& tree, const fcl::Vector3d& direction) {
     const double longest = direction.template lpNorm<Eigen::Infinity>();
     constexpr double kShort = 1. / (1 << 20), kLong = 1 << 20;
@@ -53,31 +52,31 @@ class RayInTree {
     per_t_ = scaled.norm() * tree.scale();
     along_ = tree.toBody() * (scaled * (1 / per_t_));
   }
-  /// Sets the origin, after the direction. Returns false if the ray misses the body. `error`: of
-  /// the origin.
+  /// Sets the origin, after the direction. Returns false if the ray certainly misses the body.
+  /// `error`: of the origin, in the mesh's units.
   bool setOrigin(const WideTree& tree, const fcl::Vector3d& origin, double error = 0) {
-    const fcl::Vector3d from = tree.toBody() * (origin - tree.origin());
-    rounding_ = from.template lpNorm<Eigen::Infinity>() * kDouble + error * tree.scale();
-    has_boxes_ = rounding_ <= 1;
-    if (!has_boxes_) return meetEveryBox();
-    constexpr double kExtent = 2.5;  // all coordinates of the body are below 2
-    const double middle = -from.dot(along_);
-    constexpr double kRadius = 3.6;  // > sqrt(3) 2
+    const fcl::Vector3d in_tree = tree.toBody() * (origin - tree.origin());
+    rounding_ = in_tree.template lpNorm<Eigen::Infinity>() * kDoubleRounding + error * tree.scale();
+    tests_boxes_ = rounding_ <= 1;
+    if (!tests_boxes_) return meetEveryBox();
+    constexpr double kExtent = 2.5;              // all coordinates of the body are below 2
+    const double middle = -in_tree.dot(along_);  // where the ray is nearest to the centre
+    constexpr double kRadius = 3.6;              // > sqrt(3) 2: of a ball around the body
     const double radius = kRadius + rounding_;
-    if (!((from + middle * along_).squaredNorm() <= radius * radius)) return false;
+    if (!((in_tree + middle * along_).squaredNorm() <= radius * radius)) return false;
     if (middle < -(kExtent + radius)) return false;
     start_ = std::max(0., middle - radius);
-    setSlabs(from + start_ * along_, static_cast<float>(kError + 4 * rounding_));
+    setSlabs(in_tree + start_ * along_, static_cast<float>(kSingleRounding + 4 * rounding_));
     return true;
   }
 
-  /// Lengths along the ray, from where it enters a ball around the body: after(t) is certainly
-  /// beyond the point at t, before(t) certainly before it.
-  float after(double t) const { return has_boxes_ ? limit(lengthTo(t) + slack(), kFar) : kFar; }
-  float before(double t) const { return has_boxes_ ? limit(lengthTo(t) - slack(), kFar) : -kFar; }
+  /// Lengths along the ray, measured from start_: after(t) is certainly beyond the point at t,
+  /// before(t) certainly before it.
+  float after(double t) const { return tests_boxes_ ? clamped(lengthTo(t) + slack()) : kFar; }
+  float before(double t) const { return tests_boxes_ ? clamped(lengthTo(t) - slack()) : -kFar; }
 
-  /// Sets where the ray enters four boxes enlarged by the error, at least `begin`. Returns which
-  /// boxes it meets from `begin` to `end`.
+  /// Sets `enter` to the lengths at which the ray enters four boxes enlarged by the error, at least
+  /// `begin`. Returns the mask of the boxes that it meets between the lengths `begin` and `end`.
   ADAPTIVE_BVH_INLINE Int4 meets(const Boxes4& boxes, float begin, float end, Float4& enter) const {
     using float4::lower;
     using float4::upper;
@@ -85,8 +84,12 @@ class RayInTree {
     const auto side = [&](std::size_t offset) -> const Float4& {
       return *reinterpret_cast<const Float4*>(reinterpret_cast<const char*>(&boxes) + offset);
     };
-    const auto atNear = [&](int k) -> Float4 { return side(near_[k]) * inverse_[k] - enter_[k]; };
-    const auto atFar = [&](int k) -> Float4 { return side(far_[k]) * inverse_[k] - leave_[k]; };
+    const auto atNear = [&](int k) -> Float4 {
+      return side(near_side_[k]) * inverse_[k] - near_shift_[k];
+    };
+    const auto atFar = [&](int k) -> Float4 {
+      return side(far_side_[k]) * inverse_[k] - far_shift_[k];
+    };
     // `begin` is the second operand: it replaces a NaN, and of two zeros it is the result.
     enter = upper<Float4>(upper<Float4>(upper<Float4>(atNear(0), atNear(1)), atNear(2)),
                           float4::all(begin));
@@ -95,63 +98,69 @@ class RayInTree {
   }
 
  private:
-  static constexpr double kDouble = 1. / (1ull << 48), kError = 96. / (1 << 24);
+  static constexpr double kDoubleRounding = 1. / (1ull << 48), kSingleRounding = 96. / (1 << 24);
   static constexpr float kFar = 1e30f;
 
-  void setSlabs(const fcl::Vector3d& entry, float error) {
+  /// Sets the slab test for a ray from `start` and boxes enlarged by `margin`.
+  void setSlabs(const fcl::Vector3d& start, float margin) {
     using packs::absolute;
-    constexpr float kLeast = 1e-30f;
+    constexpr float kLeast = 1e-30f;  // replaces smaller components; its inverse is finite
     const Float4 slope = float4::narrowed(Pack<double>{along_[0], along_[1]},
                                           Pack<double>{along_[2], 1}),
-                 at = float4::narrowed(Pack<double>{entry[0], entry[1]}, Pack<double>{entry[2], 0});
-    const Float4 least = float4::all(kLeast), margin = float4::all(error), zero = float4::all(0);
+                 from =
+                     float4::narrowed(Pack<double>{start[0], start[1]}, Pack<double>{start[2], 0});
+    const Float4 least = float4::all(kLeast), margins = float4::all(margin), zero = float4::all(0);
     const Float4 inverse = float4::all(1) / (absolute<Float4>(slope) > least ? slope : least);
     const auto is_backward = inverse < zero;
-    const Float4 toward = is_backward ? -margin : margin;
-    const Float4 enter = (at + toward) * inverse, leave = (at - toward) * inverse;
+    const Float4 toward = is_backward ? -margins : margins;
+    const Float4 near_shift = (from + toward) * inverse, far_shift = (from - toward) * inverse;
     for (int k = 0; k < 3; ++k) {
       const auto axis = static_cast<std::size_t>(k);
-      near_[k] = sizeof(Float4) * (axis + (is_backward[k] != 0 ? 3 : 0));
-      far_[k] = sizeof(Float4) * (2 * axis + 3) - near_[k];
+      near_side_[k] = sizeof(Float4) * (axis + (is_backward[k] != 0 ? 3 : 0));
+      far_side_[k] = sizeof(Float4) * (2 * axis + 3) - near_side_[k];
       inverse_[k] = float4::all(inverse[k]);
-      enter_[k] = float4::all(enter[k]);
-      leave_[k] = float4::all(leave[k]);
+      near_shift_[k] = float4::all(near_shift[k]);
+      far_shift_[k] = float4::all(far_shift[k]);
     }
   }
-  /// Sets slabs that meet every box, for an origin so far away that the body is smaller than the
-  /// rounding error. Empty boxes, whose sides are at 1e30, are not met.
+  /// Makes the slab test pass for every box but empty ones, whose sides are at 1e30: for an origin
+  /// so far away that the body is smaller than the rounding error. Returns true.
   bool meetEveryBox() {
     for (int k = 0; k < 3; ++k) {
       const auto axis = static_cast<std::size_t>(k);
-      near_[k] = sizeof(Float4) * axis;
-      far_[k] = sizeof(Float4) * (axis + 3);
+      near_side_[k] = sizeof(Float4) * axis;
+      far_side_[k] = sizeof(Float4) * (axis + 3);
       inverse_[k] = float4::all(1e-30f);
-      enter_[k] = float4::all(0.5f);
-      leave_[k] = float4::all(-0.5f);
+      near_shift_[k] = float4::all(0.5f);
+      far_shift_[k] = float4::all(-0.5f);
     }
     return true;
   }
 
+  /// The length from start_ to the point at t.
   double lengthTo(double t) const {
     return (exponent_ == 0 ? t : std::ldexp(t, exponent_)) * per_t_ - start_;
   }
   /// Error of lengths in the tree and of the t that RayTriangle computes.
   double slack() const { return (start_ + 16) * (1. / (1 << 16)) + 4 * rounding_ + 1e-4; }
-  static float limit(double length, float most) {
-    return length < double(most) ? static_cast<float>(std::max(length, -double(most))) : most;
+  static float clamped(double length) {
+    return length < double(kFar) ? static_cast<float>(std::max(length, -double(kFar))) : kFar;
   }
 
   fcl::Vector3d along_ = fcl::Vector3d::Zero();  ///< the direction, of length 1
-  Float4 inverse_[3], enter_[3], leave_[3];
-  std::size_t near_[3], far_[3];  ///< offsets of a box's near and far sides, in bytes
-  bool has_boxes_ = true;
-  int exponent_ = 0;  ///< a length is t per_t_ 2^exponent_
-  double start_ = 0, per_t_ = 1, rounding_ = 0;
+  /// The ray reaches a box's near side on axis k at the length near side * inverse - near_shift.
+  Float4 inverse_[3], near_shift_[3], far_shift_[3];
+  std::size_t near_side_[3], far_side_[3];  ///< their offsets in Boxes4, in bytes
+  bool tests_boxes_ = true;                 ///< false: meetEveryBox
+  int exponent_ = 0;                        ///< a length from the origin is t per_t_ 2^exponent_
+  double per_t_ = 1;
+  double start_ = 0;     ///< length from the origin to where the ray comes near the body
+  double rounding_ = 0;  ///< error of the origin in the tree's coordinates
 };
 
-/// The walk of a ray through a mesh's four-wide tree, node by node, so that several rays can be
-/// processed in turn, which hides the latency of memory. Boxes are tested in single precision,
-/// triangles exactly.
+/// The walk of a ray through a mesh's four-wide tree, one node a step: RayBatch steps several rays
+/// in turn, which hides the latency of memory. Boxes are tested in single precision, triangles
+/// exactly (RayTriangle). Rays are in the mesh's frame.
 class RayWalk {
  public:
   explicit RayWalk(const MeshState& mesh)
@@ -174,16 +183,15 @@ class RayWalk {
     begin_ = begin > 0 ? std::max(ray_.before(begin), 0.f) : 0.f;
     setEnd(end);
     top_ = open_.data();
-    number_ = 0;
+    node_ = 0;
     return end_ >= begin_;
   }
 
-  /// Visits a node. Calls found(triangle, hit) for each hit, in any order. It returns the t up to
-  /// which further hits are of interest; a negative t ends the walk. Returns false at the end of
-  /// the walk.
+  /// Visits a node. Calls found(triangle, hit) for each hit, in any order; `found` returns the t up
+  /// to which hits are of interest; a negative t ends the walk. Returns false at its end.
   template <typename Found>
   ADAPTIVE_BVH_INLINE bool step(Found&& found) {
-    const WideNode& node = nodes_[number_];
+    const WideNode& node = nodes_[node_];
     Float4 enter;
     const auto meets = ray_.meets(node.boxes, begin_, end_, enter);
     const unsigned lanes = float4::bits(meets);
@@ -194,14 +202,14 @@ class RayWalk {
       do
         if (top_ == open_.data()) return false;
       while (!((--top_)->enter <= end_));
-      number_ = top_->node;
+      node_ = top_->node;
     }
-    __builtin_prefetch(&nodes_[number_]);
-    __builtin_prefetch(nodes_[number_].below);
+    __builtin_prefetch(&nodes_[node_]);
+    __builtin_prefetch(nodes_[node_].below);
     return true;
   }
 
-  /// Walks from start to end.
+  /// Calls found(triangle, hit), as `step` does, for a whole walk.
   template <typename Found>
   void search(const fcl::Vector3d& origin, const fcl::Vector3d& direction, double begin, double end,
               Found&& found) {
@@ -209,8 +217,7 @@ class RayWalk {
     while (step(found)) {
     }
   }
-  /// Calls each(triangle) for all triangles that a ray may meet, judged by their boxes. `error`: of
-  /// the ray's origin.
+  /// Calls each(triangle) for all triangles whose boxes a ray may meet. `error`: of its origin.
   template <typename Each>
   void forEachNear(const fcl::Vector3d& origin, const fcl::Vector3d& direction, double error,
                    Each&& each) {
@@ -228,7 +235,7 @@ class RayWalk {
 
   void setEnd(double t) { end_ = t < 0 ? -1.f : ray_.after(t); }
 
-  /// A function of a triangle alone is called without a test of the triangle.
+  /// Tests the triangles in `lanes`, unless `found` takes only a triangle (forEachNear).
   template <typename Found>
   [[gnu::noinline]] void testLeaf(const WideNode& leaf, unsigned lanes, const Float4& enter,
                                   Found&& found) {
@@ -242,7 +249,7 @@ class RayWalk {
   }
   template <typename Found>
   void testTriangles(const WideNode& leaf, unsigned lanes, const Float4& enter, Found& found) {
-    if (!test_) test_.emplace(origin_, direction_);  // unnecessary for most rays without a hit
+    if (!test_) test_.emplace(origin_, direction_);  // here, as most rays without a hit need none
     for (; lanes != 0; lanes &= lanes - 1) {
       const auto leaf_index = static_cast<unsigned>(leaf.first + __builtin_ctz(lanes));
       const Int4& v = mesh_.tree.corners(leaf_index);
@@ -250,13 +257,14 @@ class RayWalk {
       RayTriangle::Hit hit;
       if (!test_->meets(x[v[0]], x[v[1]], x[v[2]], hit)) continue;
       setEnd(found(v[3], hit));
+      // Drop boxes beyond the new end; the loop itself clears the lowest bit.
       lanes &= float4::bits(enter <= float4::all(end_)) | 1u << __builtin_ctz(lanes);
     }
   }
 
-  /// Goes on to the nearest child and pushes the others onto the stack, in any order. Which of two
-  /// is nearer is hard to predict, so there is no branch: floats that are not negative are ordered
-  /// like their bits.
+  /// Goes on to the nearest child and pushes the others onto the stack, in any order. Without a
+  /// branch for the nearer of two children, as it would be mispredicted: nonnegative floats are
+  /// ordered like their bits, and `swap` is lane ^ nearest if `lane` is nearer, else 0.
   ADAPTIVE_BVH_INLINE void descend(const WideNode& node, unsigned lanes, const Float4& enter) {
     alignas(16) std::int32_t key[4];
     __builtin_memcpy(key, &enter, sizeof(key));
@@ -271,64 +279,65 @@ class RayWalk {
       ++top;
     }
     top_ = top;
-    number_ = node.below[nearest];
+    node_ = node.below[nearest];
   }
 
   const MeshState& mesh_;
   const WideNode* const nodes_;
   Scratch<Open> open_;
   Open* top_ = nullptr;
-  std::int32_t number_ = 0;
-  float begin_ = 0, end_ = 0;
+  std::int32_t node_ = 0;      ///< to be visited by the next step
+  float begin_ = 0, end_ = 0;  ///< lengths along the ray (RayInTree)
   RayInTree ray_;
   fcl::Vector3d origin_, direction_ = fcl::Vector3d::Zero();
-  std::optional<RayTriangle> test_;
+  std::optional<RayTriangle> test_;  ///< of the direction; created for the first triangle
 };
 
-/// Finds the triangles that many rays meet, with several rays in turn.
+/// Finds the triangles that many rays meet, by several walks in turn.
 class RayBatch {
  public:
-  explicit RayBatch(const MeshState& mesh) : turns_{mesh, mesh, mesh, mesh} {}
+  explicit RayBatch(const MeshState& mesh) : slots_{mesh, mesh, mesh, mesh} {}
 
-  /// Searches the rays from number `first` to before `last`: start(walk, i) returns what
-  /// RayWalk::start does, and found(i, triangle, hit) is called as by RayWalk::step.
+  /// Searches the rays [first, last). start(walk, i) starts ray i and returns the result of
+  /// RayWalk::start; found(i, triangle, hit) is called as by RayWalk::step.
   template <typename Start, typename Found>
   void search(std::size_t first, std::size_t last, const Start& start, const Found& found) {
-    const auto startNext = [&](Turn& turn) -> bool {
+    const auto startNext = [&](Slot& slot) -> bool {
       while (first < last) {
-        turn.ray = first++;
-        if (start(turn.walk, turn.ray)) return true;
+        slot.ray = first++;
+        if (start(slot.walk, slot.ray)) return true;
       }
       return false;
     };
-    Turn* open[kAtOnce];
+    Slot* active[kAtOnce];
     int count = 0;
-    for (Turn& turn : turns_)
-      if (startNext(turn)) open[count++] = &turn;
+    for (Slot& slot : slots_)
+      if (startNext(slot)) active[count++] = &slot;
     while (count > 0)
       for (int k = 0; k < count;) {
-        Turn& turn = *open[k];
+        Slot& slot = *active[k];
         const bool goes_on =
-            turn.walk.step([&](int triangle, const RayTriangle::Hit& hit) -> double {
-              return found(turn.ray, triangle, hit);
+            slot.walk.step([&](int triangle, const RayTriangle::Hit& hit) -> double {
+              return found(slot.ray, triangle, hit);
             });
-        if (goes_on || startNext(turn))
+        if (goes_on || startNext(slot))
           ++k;
         else
-          open[k] = open[--count];
+          active[k] = active[--count];
       }
   }
 
  private:
   static constexpr int kAtOnce = 4;
 
-  struct Turn {
-    Turn(const MeshState& mesh) : walk(mesh) {}
+  /// A walk, and the number of its present ray.
+  struct Slot {
+    Slot(const MeshState& mesh) : walk(mesh) {}
 
     RayWalk walk;
     std::size_t ray = 0;
   };
-  Turn turns_[kAtOnce];
+  Slot slots_[kAtOnce];
 };
 
 }  // namespace adaptive_bvh

@@ -9,7 +9,7 @@
 
 namespace adaptive_bvh {
 
-/// A point of the surface of a mesh.
+/// A point of the surface of a mesh: its feature, and where it is on a triangle.
 struct SurfacePlace {
   SurfaceFeature feature;
   unsigned triangle;
@@ -22,25 +22,27 @@ class SurfaceNormals {
  public:
   explicit SurfaceNormals(const MeshState& mesh) : mesh_(mesh) {}
 
-  /// Returns the place of the triangle's point that is nearest to x.
+  /// Returns the triangle's point that is nearest to x. (x is in the mesh's frame.)
   SurfacePlace nearestPlace(const fcl::Vector3d& x, unsigned triangle) const {
     fcl::Vector3d on_face;
-    feature_distance::FacePlace<double> at;
-    feature_distance::Face<double>(cornersOf(triangle)).distance(x, on_face, at);
-    return placeOf(at, triangle);
+    feature_distance::FacePlace<double> place;
+    feature_distance::Face<double>(cornersOf(triangle)).distance(x, on_face, place);
+    return placeOf(place, triangle);
   }
-  static SurfacePlace placeOf(const feature_distance::FacePlace<double>& at, unsigned triangle) {
-    const std::size_t next = (at.edge + 1) % 3;
+  /// Converts a place on a triangle.
+  static SurfacePlace placeOf(const feature_distance::FacePlace<double>& on_face,
+                              unsigned triangle) {
+    const std::size_t edge = on_face.edge;
     SurfacePlace place = {SurfaceFeature::Face, triangle, 0, fcl::Vector3d::Zero()};
     const auto weight = [&](std::size_t k) -> double& {
       return place.barycentric[static_cast<Eigen::Index>(k)];
     };
-    weight(at.edge) = 1 - at.along - at.share;
-    weight(next) = at.along;
-    weight((at.edge + 2) % 3) = at.share;
-    if (at.is_inside) return place;
-    place.feature = at.along == 0 ? SurfaceFeature::Vertex : SurfaceFeature::Edge;
-    place.corner = at.edge;
+    weight(edge) = 1 - on_face.along - on_face.share;
+    weight((edge + 1) % 3) = on_face.along;
+    weight((edge + 2) % 3) = on_face.share;
+    if (on_face.is_inside) return place;
+    place.feature = on_face.along == 0 ? SurfaceFeature::Vertex : SurfaceFeature::Edge;
+    place.corner = edge;
     return place;
   }
 
@@ -49,14 +51,13 @@ class SurfaceNormals {
     const auto p = cornersOf(triangle);
     fcl::Vector3d edges[3] = {p[1] - p[0], p[2] - p[1], p[0] - p[2]};
     enlarge(edges);
-    std::size_t longest = 0;  // the other two have the smallest error
+    std::size_t longest = 0;  // the product of the other two has the smallest error
     for (std::size_t k = 1; k < 3; ++k)
       if (edges[k].squaredNorm() > edges[longest].squaredNorm()) longest = k;
     return edges[(longest + 1) % 3].cross(edges[(longest + 2) % 3]).stableNormalized();
   }
 
-  /// The angle-weighted pseudo-normal (VertexContacts::normals), of length 1; zero if there is
-  /// none.
+  /// The angle-weighted pseudo-normal (VertexContacts::normals), of length 1, or zero.
   fcl::Vector3d at(const SurfacePlace& place) const {
     if (place.feature == SurfaceFeature::Face) return ofFace(place.triangle);
     const VertexIndices v = verticesOf(place.triangle);
@@ -85,7 +86,7 @@ class SurfaceNormals {
     const VertexIndices v = verticesOf(triangle);
     return {point(v[0]), point(v[1]), point(v[2])};
   }
-  /// Enlarges short vectors, so that their products do not underflow.
+  /// Scales short vectors by a common factor, so that their products do not underflow.
   template <std::size_t kCount>
   static void enlarge(fcl::Vector3d (&vectors)[kCount]) {
     double extent = 0;
@@ -95,12 +96,14 @@ class SurfaceNormals {
     if (unit != 1)
       for (fcl::Vector3d& v : vectors) v *= unit;
   }
+  /// Whether edge k of a triangle is between the vertices a and b.
   bool isEdge(unsigned triangle, std::size_t k, unsigned a, unsigned b) const {
     const VertexIndices v = verticesOf(triangle);
     const unsigned from = v[k], to = v[(k + 1) % 3];
     return (from == a && to == b) || (from == b && to == a);
   }
 
+  /// The weight of a triangle is its angle at the vertex.
   fcl::Vector3d ofVertex(unsigned vertex) const {
     return mean(vertex, [&](unsigned t) {
       const VertexIndices v = verticesOf(t);
@@ -116,11 +119,11 @@ class SurfaceNormals {
       return isEdge(t, 0, a, b) || isEdge(t, 1, a, b) || isEdge(t, 2, a, b) ? 1. : 0.;
     });
   }
-  /// Weighted mean of the normals of a vertex's triangles; if they cancel each other, the normal of
-  /// the first triangle that has an area.
+  /// Weighted mean of the normals of a vertex's triangles, of length 1; if they cancel each other,
+  /// the normal of the first triangle that has an area. weightOf(triangle): 0 if it does not count.
   template <typename Weight>
   fcl::Vector3d mean(unsigned vertex, const Weight& weightOf) const {
-    constexpr double kNone = 1e-12;
+    constexpr double kCancelled = 1e-12;  // length of the mean that is rounding only
     fcl::Vector3d sum = fcl::Vector3d::Zero(), first = sum;
     double weights = 0;
     for (const unsigned t : mesh_.topology->vertex_triangles[vertex]) {
@@ -131,7 +134,7 @@ class SurfaceNormals {
       sum += weight * normal;
       weights += weight;
     }
-    return sum.norm() > kNone * weights ? fcl::Vector3d(sum.normalized()) : first;
+    return sum.norm() > kCancelled * weights ? fcl::Vector3d(sum.normalized()) : first;
   }
 
   const MeshState& mesh_;

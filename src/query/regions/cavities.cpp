@@ -1,3 +1,5 @@
+// The part of SurfacePatches that finds cavities: a region may have several closed boundaries, an
+// outer one and one around each cavity.
 #include <algorithm>
 #include <cmath>
 
@@ -5,10 +7,10 @@
 
 namespace adaptive_bvh {
 
-/// Connects the inner boundaries of regions with the surfaces around them. A closed surface is an
-/// inner boundary if the volume that it encloses has not the sign of the total volume.
+/// Connects the surfaces of cavities with the surfaces around them. The closed surface of a root is
+/// that of a cavity if the volume that it encloses has the opposite sign of the total volume.
 void SurfacePatches::connectCavities() {
-  // Volumes below this, relative to the area, are the rounding of a region without volume.
+  // Smaller volumes, relative to the area to the power of 1.5, are rounding errors.
   constexpr double kFlat = 1e-9;
   measureRoots();
   double sum = 0;
@@ -23,18 +25,18 @@ void SurfacePatches::connectCavities() {
   }
 }
 
-/// Computes the volume that the parts of each root enclose.
+/// Computes the volume that the parts of each root enclose, and finds the largest part.
 void SurfacePatches::measureRoots() {
   enclosed_.clear();
   numbers_.assign(parents_.size(), kNoRegion);
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     const SurfacePart& part = parts_[i];
-    unsigned& number = numbers_[rootOf(part.region)];
-    if (number == kNoRegion) {
-      number = static_cast<unsigned>(enclosed_.size());
+    unsigned& index = numbers_[rootOf(part.region)];  // in enclosed_
+    if (index == kNoRegion) {
+      index = static_cast<unsigned>(enclosed_.size());
       enclosed_.push_back({rootOf(part.region), 0, 0, part.origin, i});
     }
-    Enclosed& e = enclosed_[number];
+    Enclosed& e = enclosed_[index];
     e.volume += (part.origin - e.origin).dot(part.normal) * part.area / 3;
     e.area += std::fabs(part.area);
     if (std::fabs(part.area) > std::fabs(parts_[e.largest].area)) e.largest = i;
@@ -45,11 +47,11 @@ void SurfacePatches::measureRoots() {
 /// cavity's parts. Returns false if the line misses the cavity.
 bool SurfacePatches::connectCavity(unsigned root, const SurfacePart& part) {
   if (part.area == 0) return false;
-  // The line is steep to the part, and along no edge of a lattice.
+  // The line is steep to the part, and not along an edge of a regular grid.
   Line line;
   line.origin = part.centroid();
-  const fcl::Vector3d aside = part.normal.unitOrthogonal();
-  line.along = part.normal + 0.3127 * aside + 0.1741 * part.normal.cross(aside);
+  const fcl::Vector3d tangent = part.normal.unitOrthogonal();
+  line.along = part.normal + 0.3127 * tangent + 0.1741 * part.normal.cross(tangent);
   line.u = line.along.unitOrthogonal();
   line.v = line.along.cross(line.u);
   hits_.clear();
@@ -67,7 +69,8 @@ bool SurfacePatches::connectCavity(unsigned root, const SurfacePart& part) {
   return around != kNoRegion;
 }
 
-/// Adds the crossings of a line with the parts of a triangle.
+/// Adds the crossings of a line with the parts of a triangle. Their position is where the line
+/// crosses the triangle's plane, clamped to the triangle's extent along the line.
 void SurfacePatches::addHits(const Line& line, WhichBody body, unsigned triangle) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   const TrianglePoints<double> p = surface.triangle(triangle);
@@ -77,11 +80,11 @@ void SurfacePatches::addHits(const Line& line, WhichBody body, unsigned triangle
     low = std::min(low, line.along.dot(x - line.origin));
     high = std::max(high, line.along.dot(x - line.origin));
   }
-  const double at =
+  const double in_plane =
       normal.dot(p[0] - line.origin) / normal.dot(line.along) * line.along.squaredNorm();
-  const double between = at > low ? std::min(at, high) : low;  // also for a NaN
+  const double position = in_plane > low ? std::min(in_plane, high) : low;  // `low` if it is NaN
   if (const CutTriangle* const cut = cutTriangle(body, triangle)) {
-    for (std::size_t i = cut->begin; i < cut->end; ++i) addHit(line, pieces_[i], between);
+    for (std::size_t i = cut->begin; i < cut->end; ++i) addHit(line, pieces_[i], position);
     return;
   }
   const SurfaceWinding& winding = (*windings_)[indexOf(body)];
@@ -89,19 +92,19 @@ void SurfacePatches::addHits(const Line& line, WhichBody body, unsigned triangle
   const int number = winding.numberOf(label);
   if (number == 0) return;
   for (std::size_t k = 0; k < 3; ++k)
-    addHit(line, {labelElement(body, label), number, p[k], p[(k + 1) % 3]}, between);
+    addHit(line, {labelElement(body, label), number, p[k], p[(k + 1) % 3]}, position);
 }
 
-/// Adds the crossing of a line with a piece of a part's boundary. Seen along the line, a part winds
-/// around the line as its pieces do: each piece counts if it crosses the half-line of positive u. A
-/// piece common to two triangles counts equally for both.
-void SurfacePatches::addHit(const Line& line, const Piece& piece, double at) {
+/// Adds a hit if a piece of a part's boundary, seen along the line, crosses the half-line of
+/// positive u (v = 0). The sum of these hits is how often the boundary winds around the line, so
+/// how often the line crosses the part. A piece common to two triangles is treated equally in both.
+void SurfacePatches::addHit(const Line& line, const Piece& piece, double position) {
   const fcl::Vector3d from = piece.from - line.origin, to = piece.to - line.origin;
   const double u0 = from.dot(line.u), v0 = from.dot(line.v), u1 = to.dot(line.u),
                v1 = to.dot(line.v);
   const double product = u0 * v1 - u1 * v0;
   if ((v0 > 0) == (v1 > 0) || !((v1 > v0 ? product : -product) > 0)) return;
-  hits_.push_back({at, rootOf(piece.element), v1 > v0 ? piece.count : -piece.count});
+  hits_.push_back({position, rootOf(piece.element), v1 > v0 ? piece.count : -piece.count});
 }
 
 }  // namespace adaptive_bvh

@@ -5,14 +5,14 @@
 namespace adaptive_bvh {
 namespace {
 
-/// A convex polygon. The last coordinate of a corner is its height above another plane.
+/// A convex polygon. A corner's fourth coordinate is its height above another triangle.
 struct Polygon {
   static constexpr std::size_t kMost = 8;  // a triangle, cut by four lines
 
   std::array<Eigen::Vector4d, kMost> corners;
   std::size_t count = 0;
 
-  /// The part where a linear function is not negative.
+  /// Returns the part where a linear function of the corners is not negative.
   template <typename Function>
   Polygon clipped(const Function& function) const {
     Polygon kept;
@@ -34,7 +34,7 @@ struct Polygon {
           (corners[i] - corners[0]).head<3>().cross((corners[i + 1] - corners[0]).head<3>().eval());
     return sum;
   }
-  /// A point inside.
+  /// The mean of the corners, a point inside.
   fcl::Vector3d middle() const {
     Eigen::Vector4d sum = Eigen::Vector4d::Zero();
     for (std::size_t i = 0; i < count; ++i) sum += corners[i];
@@ -47,8 +47,8 @@ struct Polygon {
   }
 };
 
-/// The first triangle of a pair, with heights above the second: in any unit; 1 or -1 if all heights
-/// are 0, because the tie is broken.
+/// Returns the first triangle of a pair, with heights above the front of the second, relative to
+/// the largest one. If all heights are 0, they are 1 or -1 as the tie is broken (FaceSide::sign).
 Polygon withHeights(const TrianglePoints<double>& first, const CoplanarPair& pair) {
   double largest = 0;
   for (const FaceSide& side : pair.sides) largest = std::max(largest, std::fabs(side.value));
@@ -60,13 +60,14 @@ Polygon withHeights(const TrianglePoints<double>& first, const CoplanarPair& pai
   return polygon;
 }
 
-/// The direction across side k to the inside of a triangle.
+/// Returns the direction across side k of a triangle, toward its inside.
 fcl::Vector3d inwardOf(const TrianglePoints<double>& triangle, const fcl::Vector3d& normal,
                        std::size_t k) {
   return normal.cross(triangle[(k + 1) % 3] - triangle[k]);
 }
 
-/// Whether the first triangle is outside of a side of the second, up to rounding.
+/// Whether the first triangle is outside of a side of the second, up to rounding, so that they have
+/// no common area. `normal`: of the second.
 bool hasOutside(const TrianglePoints<double>& first, const TrianglePoints<double>& second,
                 const fcl::Vector3d& normal, double rounding) {
   for (std::size_t k = 0; k < 3; ++k) {
@@ -79,7 +80,7 @@ bool hasOutside(const TrianglePoints<double>& first, const TrianglePoints<double
   return false;
 }
 
-/// The part of a polygon inside a triangle.
+/// Returns the part of a polygon inside a triangle in the same plane. `normal`: of the triangle.
 Polygon clipped(Polygon polygon, const TrianglePoints<double>& triangle,
                 const fcl::Vector3d& normal) {
   for (std::size_t k = 0; k < 3 && polygon.count > 2; ++k) {
@@ -98,16 +99,16 @@ void findCoincidingFaces(const ClosedSurfaces& bodies, const SurfaceCrossings& c
   for (const CoplanarPair& pair : crossings.coplanar()) {
     const TrianglePoints<double> p = bodies[0].triangle(pair.first),
                                  q = bodies[1].triangle(pair.second);
-    const fcl::Vector3d across = (p[1] - p[0]).cross(p[2] - p[0]),
-                        other = (q[1] - q[0]).cross(q[2] - q[0]);
-    if (hasOutside(p, q, other, crossings.rounding()) ||
-        hasOutside(q, p, across, crossings.rounding()))
+    const fcl::Vector3d p_normal = (p[1] - p[0]).cross(p[2] - p[0]),
+                        q_normal = (q[1] - q[0]).cross(q[2] - q[0]);
+    if (hasOutside(p, q, q_normal, crossings.rounding()) ||
+        hasOutside(q, p, p_normal, crossings.rounding()))
       continue;
-    const fcl::Vector3d normal = across.stableNormalized();
-    const bool are_alike = normal.dot(other) > 0;
-    const Polygon common = clipped(withHeights(p, pair), q, other);
+    const fcl::Vector3d normal = p_normal.stableNormalized();
+    const bool are_alike = normal.dot(q_normal) > 0;
+    const Polygon common = clipped(withHeights(p, pair), q, q_normal);
     if (common.count < 3) continue;
-    for (const double side : {1., -1.}) {
+    for (const double side : {1., -1.}) {  // where p is in front of q, then behind it
       const Polygon part =
           common.clipped([&](const Eigen::Vector4d& x) -> double { return side * x[3]; });
       const double area = part.count < 3 ? 0 : part.areaVector().norm();

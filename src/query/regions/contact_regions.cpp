@@ -1,3 +1,5 @@
+// Contact regions of two closed meshes: findPatches finds the parts of each surface inside the
+// other body, sumRegions measures the regions, RegionWriter writes the result.
 #include "adaptive_bvh/contact_regions.h"
 
 #include <algorithm>
@@ -16,7 +18,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Collects the pairs of triangles that may cross.
+/// A sink of CandidateTests that collects all pairs of triangles that may cross.
 struct PairCollector {
   std::vector<TrianglePair>& pairs;
 
@@ -30,19 +32,21 @@ struct PairCollector {
 
 /// Sums over the parts of a region. Points are in the coordinates of ClosedSurface.
 struct RegionSums {
-  double volume = 0;
-  fcl::Vector3d origin = fcl::Vector3d::Zero();  ///< a point of it, for volume and moments
+  double volume = 0;                             ///< that the parts enclose, relative to `origin`
+  fcl::Vector3d origin = fcl::Vector3d::Zero();  ///< a point of a part; see volume and moments
   bool has_origin = false;
+  // By body: sums of SurfacePart::area, size and moment (relative to `origin`), a point of a part,
+  // and the number of parts.
   std::array<double, 2> areas{}, sizes{};
   std::array<fcl::Vector3d, 2> moments{fcl::Vector3d::Zero(), fcl::Vector3d::Zero()};
   std::array<fcl::Vector3d, 2> points{fcl::Vector3d::Zero(), fcl::Vector3d::Zero()};
   std::array<std::size_t, 2> num_parts{};
-  /// Half the sum of the first body's normals times their areas, minus that of the second's.
+  /// Half the sum of the first body's normals times their areas, minus half that of the second's.
   fcl::Vector3d normal = fcl::Vector3d::Zero();
-  /// The share of faces that touch, which is not in `normal`.
+  /// The contribution of touching faces to the normal, which leaveOut has removed.
   fcl::Vector3d touching = fcl::Vector3d::Zero();
-  bool is_turned = false;  ///< the triangles of one of the bodies face inward
-  double depth = -1;
+  bool is_reversed = false;  ///< the triangles of exactly one body face inward
+  double depth = -1;         ///< -1: no point measured
   fcl::Vector3d deepest = fcl::Vector3d::Zero();
 
   void add(const SurfacePart& part) {
@@ -50,16 +54,16 @@ struct RegionSums {
     if (!has_origin) origin = part.origin;
     has_origin = true;
     if (num_parts[side]++ == 0) points[side] = part.origin;
-    const fcl::Vector3d from = part.origin - origin;
-    volume += from.dot(part.normal) * part.area / 3;
+    const fcl::Vector3d offset = part.origin - origin;
+    volume += offset.dot(part.normal) * part.area / 3;
     areas[side] += part.area;
     sizes[side] += part.size;
-    moments[side] += from * part.area + part.moment;
+    moments[side] += offset * part.area + part.moment;
     normal += (part.body == WhichBody::First ? 0.5 : -0.5) * part.area * part.normal;
   }
-  /// Removes coinciding faces from the normal. Of two faces that are alike, the normal contains
-  /// one: the second body's, if the first's is in front. Of two faces that touch, it contains both,
-  /// or none.
+  /// Removes the contribution of coinciding faces from the normal, because rounding decides
+  /// which of them are inside the other body. Of two alike faces, the one behind is (the second
+  /// body's, if the first's is in front). Of two opposite faces, which touch, both are, or none.
   void leaveOut(const CoincidingFaces& faces) {
     const double first_sense = areas[1] < 0 ? -1 : 1, second_sense = areas[0] < 0 ? -1 : 1;
     const double side = faces.is_first_in_front ? 1 : -1;
@@ -72,10 +76,10 @@ struct RegionSums {
   }
   /// Whether the volume or an area is negative, as for a body that faces inward.
   bool isNegative() const { return volume < 0 || areas[0] < 0 || areas[1] < 0; }
-  /// Changes signs as if each body faced outward. `senses`: by body, -1 if it faces inward, else 1.
+  /// Corrects the signs for bodies that face inward. `senses`: by body, -1 if it does, else 1.
   void faceOutward(const std::array<double, 2>& senses) {
-    is_turned = senses[0] * senses[1] < 0;
-    if (is_turned) {
+    is_reversed = senses[0] * senses[1] < 0;
+    if (is_reversed) {
       volume = -volume;
       normal = -normal;
       touching = -touching;
@@ -85,8 +89,8 @@ struct RegionSums {
       moments[k] *= senses[1 - k];
     }
   }
-  /// Finishes the sums, after all parts. A region as thin as the rounding error consists of faces
-  /// that touch.
+  /// Finishes the sums, after all parts. A region as thin as the rounding error consists of
+  /// touching faces, so these determine its normal. `rounding`: of positions.
   void finish(double rounding) {
     constexpr double kFlat = 1e-9;
     const double area = sizes[0] + sizes[1];
@@ -94,8 +98,8 @@ struct RegionSums {
     volume = std::fabs(volume);
     normal += touching;
   }
-  /// The centroid of a side's parts. The deepest point if there are none; a point of a part if they
-  /// have no area.
+  /// The centroid of a body's parts. Without parts: the deepest point. Without area: a part's
+  /// point.
   fcl::Vector3d centroid(std::size_t side) const {
     if (num_parts[side] == 0) return deepest;
     if (!(std::fabs(areas[side]) > 1e-9 * sizes[side])) return points[side];
@@ -109,22 +113,22 @@ struct RegionSums {
   }
 };
 
-/// Finds the deepest of points that lie on one surface, inside the other body.
+/// Finds the deepest point of each region among points of one surface.
 class RegionDepth {
  public:
-  /// `to_other`: maps points to the other mesh's frame. `scale`: factor by which the points are
-  /// enlarged.
+  /// `to_other`: maps points to the other mesh's frame, once divided by `scale`.
   RegionDepth(const MeshState& other, const RelativePlacement& to_other, double scale)
       : to_other_(to_other), scale_(scale), search_(other), winding_(other) {}
 
-  /// `is_inside`: whether the point is known to be inside.
-  void take(const fcl::Vector3d& point, bool is_inside, RegionSums& region) {
-    // A distance changes by no more than the point moves.
+  /// Sets the region's depth and deepest point if a point is inside the other body, and deeper.
+  /// `is_inside`: whether it is known to be inside.
+  void addPoint(const fcl::Vector3d& point, bool is_inside, RegionSums& region) {
+    // From point to point, the distance changes by at most the distance of the points.
     if (last_ >= 0 && last_distance_ + (point - last_point_).norm() <= region.depth) return;
     const fcl::Vector3d x = to_other_(fcl::Vector3d(point * (1 / scale_)));
     PointSearch::Nearest nearest;
     if (last_ >= 0) search_.tryTriangle(x, last_, nearest);
-    // No point is farther from the surface than from one of its triangles.
+    // Stop at a triangle nearer than the depth so far: then the point is not deeper.
     search_.search(x, nearest, region.depth / scale_);
     last_ = nearest.triangle;
     last_distance_ = nearest.distance * scale_;
@@ -140,32 +144,32 @@ class RegionDepth {
   const double scale_;
   PointSearch search_;
   WindingNumber winding_;
-  int last_ = -1;  ///< the nearest triangle of the last point
-  double last_distance_ = 0;
+  int last_ = -1;             ///< the nearest triangle of the last point
+  double last_distance_ = 0;  ///< its distance, or an upper bound
   fcl::Vector3d last_point_ = fcl::Vector3d::Zero();
 };
 
-/// Finds the triangles of a mesh near a ray.
+/// RayCandidates by the tree of a mesh.
 class MeshRays final : public RayCandidates {
  public:
-  /// `to_first`: maps points of the mesh to the first body's frame. There they are enlarged by
-  /// `scale`. `rounding`: error of these points before they are enlarged.
+  /// `to_first`: maps points of the mesh to the first body's frame. Rays are in that frame,
+  /// multiplied by `scale`. `rounding`: error of points in that frame, before the multiplication.
   MeshRays(const MeshState& mesh, const RelativePlacement& to_first, double scale, double rounding)
       : to_first_(to_first),
-        back_(to_first.R.inverse()),
+        to_mesh_(to_first.R.inverse()),
         scale_(scale),
         rounding_(rounding),
         rays_(mesh) {}
 
   void find(const fcl::Vector3d& origin, const fcl::Vector3d& direction,
             std::vector<unsigned>& triangles) override {
-    rays_.forEachNear(back_ * (origin * (1 / scale_) - to_first_.T), back_ * direction, rounding_,
-                      [&](int t) { triangles.push_back(static_cast<unsigned>(t)); });
+    rays_.forEachNear(to_mesh_ * (origin * (1 / scale_) - to_first_.T), to_mesh_ * direction,
+                      rounding_, [&](int t) { triangles.push_back(static_cast<unsigned>(t)); });
   }
 
  private:
   const RelativePlacement to_first_;
-  const fcl::Matrix3d back_;
+  const fcl::Matrix3d to_mesh_;  ///< rotation
   const double scale_, rounding_;
   RayWalk rays_;
 };
@@ -179,12 +183,13 @@ struct RegionMemory {
   SurfacePatches patches;
   std::vector<CoincidingFaces> coinciding;
   std::vector<RegionSums> sums;
-  int exponent = 0;     ///< points in `bodies` are enlarged by 2^exponent
+  int exponent = 0;     ///< points in `bodies` are multiplied by 2^exponent
   double rounding = 0;  ///< error of these points by the rounding of positions
 
   double scale() const { return std::ldexp(1., exponent); }
 };
 
+/// Sets `pairs` to the triangles that may cross.
 void collectCandidates(const PlacedMesh& first, const PlacedMesh& second,
                        std::vector<TrianglePair>& pairs) {
   pairs.clear();
@@ -202,53 +207,55 @@ void collectCandidates(const PlacedMesh& first, const PlacedMesh& second,
       [&] { testAllCandidates(input, collector); });
 }
 
-/// The largest coordinate of a mesh.
+/// The largest absolute coordinate of a mesh, in its frame.
 double extentOf(const PlacedMesh& body) {
   const fcl::AABBd& box = body.bounds().aabb_local;
   return static_cast<double>(box.min_.cwiseAbs().cwiseMax(box.max_.cwiseAbs()).maxCoeff());
 }
 
-/// Returns the exponent of a power of two by which products of small coordinates do not underflow.
+/// Returns the exponent of a power of two that brings small coordinates to about 1, so that their
+/// products do not underflow; 0 for other coordinates.
 int enlargementOf(double extent) {
   constexpr double kSmall = 0x1p-100;
   constexpr int kMost = 1000;
   return extent > 0 && extent < kSmall ? std::min(-std::ilogb(extent), kMost) : 0;
 }
 
+/// Sets a surface to the mesh in the first body's frame, multiplied by `scale`.
 void placeSurface(const MeshState& mesh, const RelativePlacement& to_first, double scale,
                   ClosedSurface& surface) {
   surface.topology = mesh.topology.get();
   surface.points.resize(mesh.vertices.size());
-  const fcl::Vector3d by = scale * to_first.T;
+  const fcl::Vector3d shift = scale * to_first.T;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
-    surface.points[v] = to_first.R * (scale * mesh.vertices[v]) + by;
+    surface.points[v] = to_first.R * (scale * mesh.vertices[v]) + shift;
 }
 
 /// Finds the crossings, the winding numbers and the parts of both surfaces. `epsilon`: of the
 /// number type of the positions.
 void findPatches(const PlacedMesh& first, const PlacedMesh& second,
-                 const RelativePlacement& to_first, double epsilon, RegionMemory& m) {
+                 const RelativePlacement& to_first, double epsilon, RegionMemory& memory) {
   const bool has_none = first.mesh.numTriangles() == 0 || second.mesh.numTriangles() == 0;
-  m.coinciding.clear();
-  if (has_none || areBallsFarther(first, second, to_first, 0)) return m.patches.clear();
+  memory.coinciding.clear();
+  if (has_none || areBallsFarther(first, second, to_first, 0)) return memory.patches.clear();
   const double shift = to_first.T.cwiseAbs().maxCoeff(),
                extent = std::max(extentOf(first), extentOf(second)) + shift,
                in_world = extent + double(first.tf.translation().cwiseAbs().maxCoeff());
-  m.exponent = enlargementOf(extent);
-  placeSurface(first.mesh, RelativePlacement(), m.scale(), m.bodies[0]);
-  placeSurface(second.mesh, to_first, m.scale(), m.bodies[1]);
-  constexpr double kUnits = 16;
-  m.rounding = kUnits * epsilon * in_world * m.scale();
-  MeshRays first_rays(first.mesh, RelativePlacement(), m.scale(), 0),
-      second_rays(second.mesh, to_first, m.scale(), 0x1p-45 * extent);
-  m.bodies[0].rays = &first_rays;
-  m.bodies[1].rays = &second_rays;
-  collectCandidates(first, second, m.pairs);
-  m.crossings.build(m.bodies, m.pairs, m.rounding);
+  memory.exponent = enlargementOf(extent);
+  placeSurface(first.mesh, RelativePlacement(), memory.scale(), memory.bodies[0]);
+  placeSurface(second.mesh, to_first, memory.scale(), memory.bodies[1]);
+  constexpr double kUnits = 16;  // rounding error of a position, in `epsilon`
+  memory.rounding = kUnits * epsilon * in_world * memory.scale();
+  MeshRays first_rays(first.mesh, RelativePlacement(), memory.scale(), 0),
+      second_rays(second.mesh, to_first, memory.scale(), 0x1p-45 * extent);
+  memory.bodies[0].rays = &first_rays;
+  memory.bodies[1].rays = &second_rays;
+  collectCandidates(first, second, memory.pairs);
+  memory.crossings.build(memory.bodies, memory.pairs, memory.rounding);
   for (const WhichBody body : {WhichBody::First, WhichBody::Second})
-    m.windings[indexOf(body)].build(m.bodies, body, m.crossings);
-  m.patches.build(m.bodies, m.crossings, m.windings);
-  findCoincidingFaces(m.bodies, m.crossings, m.patches, m.coinciding);
+    memory.windings[indexOf(body)].build(memory.bodies, body, memory.crossings);
+  memory.patches.build(memory.bodies, memory.crossings, memory.windings);
+  findCoincidingFaces(memory.bodies, memory.crossings, memory.patches, memory.coinciding);
 }
 
 /// Whether a point of a triangle's plane is in the triangle. A part's centroid may be outside if
@@ -260,25 +267,27 @@ bool isWithin(const TrianglePoints<double>& p, const fcl::Vector3d& normal,
   return true;
 }
 
-/// Measures the depth of those points of one body that are inside the other.
+/// Measures the depths of regions by points of one body: vertices inside the other one, and
+/// centroids of parts. `other`: that body; `to_other` maps the first body's frame to its frame.
 void findDepths(WhichBody body, const MeshState& other, const RelativePlacement& to_other,
-                RegionMemory& m) {
-  RegionDepth search(other, to_other, m.scale());
-  const ClosedSurface& surface = m.bodies[indexOf(body)];
-  // A sample comes first: the deeper its deepest point, the fewer other points need a search.
+                RegionMemory& memory) {
+  RegionDepth search(other, to_other, memory.scale());
+  const ClosedSurface& surface = memory.bodies[indexOf(body)];
+  // Every 13th vertex comes first: a sample soon finds a deep point, which excludes others.
   constexpr unsigned kStride = 13;
   const auto count = static_cast<unsigned>(surface.points.size());
   for (unsigned first = 0; first < kStride; ++first)
     for (unsigned v = first; v < count; v += kStride) {
-      const unsigned region = m.patches.regionOf(body, v);
-      if (region != SurfacePatches::kNoRegion) search.take(surface.points[v], true, m.sums[region]);
+      const unsigned region = memory.patches.regionOf(body, v);
+      if (region != SurfacePatches::kNoRegion)
+        search.addPoint(surface.points[v], true, memory.sums[region]);
     }
-  for (const SurfacePart& part : m.patches.parts()) {
+  for (const SurfacePart& part : memory.patches.parts()) {
     if (part.body != body) continue;
     const fcl::Vector3d centroid = part.centroid();
     const bool is_on_surface =
         !part.is_cut || isWithin(surface.triangle(part.triangle), part.normal, centroid);
-    if (is_on_surface) search.take(centroid, !part.is_cut, m.sums[part.region]);
+    if (is_on_surface) search.addPoint(centroid, !part.is_cut, memory.sums[part.region]);
   }
 }
 
@@ -293,38 +302,40 @@ double senseOf(const ClosedSurface& surface) {
   return volume < 0 ? -1 : 1;
 }
 
-void faceOutward(RegionMemory& m) {
-  if (std::none_of(m.sums.begin(), m.sums.end(),
+/// Corrects the signs of all regions if a body faces inward.
+void faceOutward(RegionMemory& memory) {
+  if (std::none_of(memory.sums.begin(), memory.sums.end(),
                    [](const RegionSums& sums) { return sums.isNegative(); }))
     return;
-  const std::array<double, 2> senses = {senseOf(m.bodies[0]), senseOf(m.bodies[1])};
-  for (RegionSums& sums : m.sums) sums.faceOutward(senses);
+  const std::array<double, 2> senses = {senseOf(memory.bodies[0]), senseOf(memory.bodies[1])};
+  for (RegionSums& sums : memory.sums) sums.faceOutward(senses);
 }
 
-void sumRegions(const PlacedMesh& first, const PlacedMesh& second, RegionMemory& m) {
-  m.sums.assign(m.patches.numRegions(), RegionSums());
-  for (const SurfacePart& part : m.patches.parts()) m.sums[part.region].add(part);
-  for (const CoincidingFaces& faces : m.coinciding) m.sums[faces.region].leaveOut(faces);
-  faceOutward(m);
-  for (RegionSums& sums : m.sums) sums.finish(m.rounding);
-  if (m.sums.empty()) return;
-  findDepths(WhichBody::First, second.mesh, RelativePlacement(second.tf, first.tf), m);
-  findDepths(WhichBody::Second, first.mesh, RelativePlacement(), m);
-  for (RegionSums& sums : m.sums) {
+/// Sets the sums of all regions from the patches, and the depths.
+void sumRegions(const PlacedMesh& first, const PlacedMesh& second, RegionMemory& memory) {
+  memory.sums.assign(memory.patches.numRegions(), RegionSums());
+  for (const SurfacePart& part : memory.patches.parts()) memory.sums[part.region].add(part);
+  for (const CoincidingFaces& faces : memory.coinciding) memory.sums[faces.region].leaveOut(faces);
+  faceOutward(memory);
+  for (RegionSums& sums : memory.sums) sums.finish(memory.rounding);
+  if (memory.sums.empty()) return;
+  findDepths(WhichBody::First, second.mesh, RelativePlacement(second.tf, first.tf), memory);
+  findDepths(WhichBody::Second, first.mesh, RelativePlacement(), memory);
+  for (RegionSums& sums : memory.sums) {
     if (sums.depth >= 0) continue;
-    sums.depth = 0;
+    sums.depth = 0;  // no point was found inside
     sums.deepest = sums.origin;
   }
 }
 
-/// Transforms the regions found to the world, and writes them into a result.
+/// Writes the regions into a result, in world coordinates.
 class RegionWriter {
  public:
   RegionWriter(const RegionMemory& memory, const fcl::Transform3d& tf,
                ContactRegions<double>& result)
-      : m_(memory),
-        turn_(tf.linear()),
-        shift_(tf.translation()),
+      : memory_(memory),
+        rotation_(tf.linear()),
+        translation_(tf.translation()),
         scale_(memory.scale()),
         result_(result) {}
 
@@ -336,61 +347,63 @@ class RegionWriter {
   }
 
  private:
-  fcl::Vector3d placed(const fcl::Vector3d& x) const {
-    return (turn_ * (x * (1 / scale_)) + shift_);
+  fcl::Vector3d toWorld(const fcl::Vector3d& x) const {
+    return (rotation_ * (x * (1 / scale_)) + translation_);
   }
-  /// Scales a length, an area or a volume back.
-  double reduced(double size, int dimension) const {
-    return std::ldexp(size, -dimension * m_.exponent);
+  /// Divides a length, an area or a volume (`dimension` 1, 2, 3) by the scale.
+  double unscaled(double size, int dimension) const {
+    return std::ldexp(size, -dimension * memory_.exponent);
   }
 
   void writeRegions() {
-    const std::size_t count = m_.sums.size();
+    const std::size_t count = memory_.sums.size();
     result_.volumes.resize(count);
     result_.depths.resize(count);
     result_.deepest_points.resize(count);
     result_.normals.resize(count);
     for (std::size_t r = 0; r < count; ++r) {
-      const RegionSums& sums = m_.sums[r];
-      result_.volumes[r] = reduced(sums.volume, 3);
-      result_.depths[r] = reduced(sums.depth, 1);
-      result_.deepest_points[r] = placed(sums.deepest);
-      result_.normals[r] = (turn_ * sums.meanNormal(m_.rounding)).normalized();
+      const RegionSums& sums = memory_.sums[r];
+      result_.volumes[r] = unscaled(sums.volume, 3);
+      result_.depths[r] = unscaled(sums.depth, 1);
+      result_.deepest_points[r] = toWorld(sums.deepest);
+      result_.normals[r] = (rotation_ * sums.meanNormal(memory_.rounding)).normalized();
     }
   }
 
   void writePatches(WhichBody body, ContactPatches<double>& patches) const {
-    const std::size_t side = indexOf(body), count = m_.sums.size();
+    const std::size_t side = indexOf(body), count = memory_.sums.size();
     patches.areas.resize(count);
     patches.centroids.resize(count);
     patches.begins.assign(count + 1, 0);
     for (std::size_t r = 0; r < count; ++r) {
-      patches.areas[r] = reduced(m_.sums[r].areas[side], 2);
-      patches.centroids[r] = placed(m_.sums[r].centroid(side));
-      patches.begins[r + 1] = patches.begins[r] + m_.sums[r].num_parts[side];
+      patches.areas[r] = unscaled(memory_.sums[r].areas[side], 2);
+      patches.centroids[r] = toWorld(memory_.sums[r].centroid(side));
+      patches.begins[r + 1] = patches.begins[r] + memory_.sums[r].num_parts[side];
     }
     patches.triangles.resize(patches.begins[count]);
-    for (const SurfacePart& part : m_.patches.parts())
+    // Advance each begin to the next one while writing; then shift them back.
+    for (const SurfacePart& part : memory_.patches.parts())
       if (part.body == body) patches.triangles[patches.begins[part.region]++] = part.triangle;
     for (std::size_t r = count; r > 0; --r) patches.begins[r] = patches.begins[r - 1];
     patches.begins[0] = 0;
   }
 
   void writeCurves() {
-    const auto& curves = m_.patches.curves();
+    const auto& curves = memory_.patches.curves();
     result_.curve_points.clear();
     result_.curve_first.clear();
     result_.curve_second.clear();
     result_.curve_regions.clear();
     result_.curve_begins.assign(1, 0);
     for (const CrossingCurve& curve : curves) {
-      const bool is_turned = m_.sums[curve.region].is_turned;
+      const bool is_reversed = memory_.sums[curve.region].is_reversed;
       for (std::size_t i = curve.begin; i < curve.end; ++i) {
-        // A curve that is turned begins with the same segment.
-        const std::size_t at = is_turned && i > curve.begin ? curve.begin + curve.end - i : i;
-        const CrossingSegment& s = m_.crossings.segments()[m_.patches.curveSegments()[at]];
-        const unsigned node = is_turned ? s.end : s.start;
-        result_.curve_points.push_back(placed(m_.crossings.nodes()[node].position));
+        // A reversed curve begins with the same segment.
+        const std::size_t index = is_reversed && i > curve.begin ? curve.begin + curve.end - i : i;
+        const CrossingSegment& s =
+            memory_.crossings.segments()[memory_.patches.curveSegments()[index]];
+        const unsigned node = is_reversed ? s.end : s.start;
+        result_.curve_points.push_back(toWorld(memory_.crossings.nodes()[node].position));
         result_.curve_first.push_back(s.first);
         result_.curve_second.push_back(s.second);
       }
@@ -399,9 +412,9 @@ class RegionWriter {
     }
   }
 
-  const RegionMemory& m_;
-  const fcl::Matrix3d turn_;
-  const fcl::Vector3d shift_;
+  const RegionMemory& memory_;
+  const fcl::Matrix3d rotation_;
+  const fcl::Vector3d translation_;
   const double scale_;
   ContactRegions<double>& result_;
 };

@@ -14,12 +14,13 @@ auto orderOf(const CrossingNode& node) {
   return std::make_tuple(node.body, node.low, node.high, node.t, node.face);
 }
 
-bool areEqual(const std::array<FaceSide, 3>& sides) {
+/// Whether three points are on one side of a face, or the face has no area.
+bool areOnOneSide(const std::array<FaceSide, 3>& sides) {
   return sides[0].sign == sides[1].sign && sides[1].sign == sides[2].sign;
 }
 
-/// Whether the relative error of a rounded orientation of a face and a point is at most 2^-33.
-/// `size` underflows wherever the orientation may.
+/// Whether the relative error of `value`, the rounded orientation of a face and x, is at most
+/// 2^-33. The product of lengths, `size`, underflows whenever the orientation may.
 bool isPrecise(double value, const TrianglePoints<double>& face, const fcl::Vector3d& x) {
   constexpr double kLeast = 0x1p-900;
   double size = 1;
@@ -28,12 +29,12 @@ bool isPrecise(double value, const TrianglePoints<double>& face, const fcl::Vect
 }
 
 /// Returns where the line between two points on different sides of a face's plane crosses the
-/// plane, from 0 (at p) to 1 (at q). Rounded orientations of needles and of nearly parallel parts
-/// have hardly a correct digit, so exact ones replace them.
+/// plane, from 0 (at p) to 1 (at q). `at_p`, `at_q`: rounded orientations. For needles and nearly
+/// parallel faces these have hardly a correct digit; then exact ones replace them.
 double crossingParameter(const TrianglePoints<double>& face, const fcl::Vector3d& p,
-                         const fcl::Vector3d& q, double from, double to) {
-  if (isTaken(Shortcut::RoundedPredicates) && isPrecise(from, face, p) && isPrecise(to, face, q)) {
-    const double a = 0.25 * std::fabs(from), b = 0.25 * std::fabs(to);  // their sum is finite
+                         const fcl::Vector3d& q, double at_p, double at_q) {
+  if (isTaken(Shortcut::RoundedPredicates) && isPrecise(at_p, face, p) && isPrecise(at_q, face, q)) {
+    const double a = 0.25 * std::fabs(at_p), b = 0.25 * std::fabs(at_q);  // their sum is finite
     return a / (a + b);
   }
   countExact(ExactDecision::CrossingParameter);
@@ -44,8 +45,7 @@ double crossingParameter(const TrianglePoints<double>& face, const fcl::Vector3d
   return above.value() / whole.value();
 }
 
-/// Whether points are within `limit` of a face's plane, up to rounding; false for a face without
-/// area.
+/// Whether points are nearer than `limit` to a face's plane; false for a face without area.
 bool isNear(const TrianglePoints<double>& points, const TrianglePoints<double>& face,
             double limit) {
   const fcl::Vector3d normal = (face[1] - face[0]).cross(face[2] - face[0]);
@@ -55,6 +55,7 @@ bool isNear(const TrianglePoints<double>& points, const TrianglePoints<double>& 
   });
 }
 
+/// Returns the point at t on the segment from a (t = 0) to b (t = 1), computed from the nearer end.
 fcl::Vector3d between(const fcl::Vector3d& a, const fcl::Vector3d& b, double t) {
   if (t > 0.5) return b + (1 - t) * (a - b);
   return a + t * (b - a);
@@ -76,37 +77,37 @@ void SurfaceCrossings::build(const ClosedSurfaces& bodies, std::vector<TriangleP
   collectEdges();
 }
 
+/// Adds the segment and nodes of two triangles, if they cross; also records coplanar pairs.
 void SurfaceCrossings::testPair(const ClosedSurfaces& bodies, const TrianglePair& pair) {
   const TrianglePoints<double> p = bodies[0].triangle(pair.first),
                                q = bodies[1].triangle(pair.second);
   std::array<FaceSide, 3> sides1, sides2;
   for (std::size_t k = 0; k < 3; ++k) sides1[k] = sideOfFace(q, p[k], WhichBody::First);
   keepIfCoplanar(pair, p, q, sides1);
-  if (areEqual(sides1)) {
-    // A face without area has no sides, and yet its edges may cross the other.
-    if (sides1[0].sign != 0) return;
-  }
+  // All signs are 0 for a face without area, but its edges may cross the other face.
+  if (areOnOneSide(sides1) && sides1[0].sign != 0) return;
   for (std::size_t k = 0; k < 3; ++k) sides2[k] = sideOfFace(p, q[k], WhichBody::Second);
-  if (areEqual(sides2) && sides2[0].sign != 0) return;
+  if (areOnOneSide(sides2) && sides2[0].sign != 0) return;
   const std::size_t first_end = ends_.size();
   testEdges(bodies[0], WhichBody::First, pair, p, q, sides1);
   testEdges(bodies[1], WhichBody::Second, pair, q, p, sides2);
   keepIfWhole(first_end, pair);
 }
 
-/// Keeps two triangles if they are in one plane: the corners of each are near the plane of the
-/// other.
+/// Records two triangles if they are in one plane: the corners of each near that of the other.
 void SurfaceCrossings::keepIfCoplanar(const TrianglePair& pair, const TrianglePoints<double>& p,
                                       const TrianglePoints<double>& q,
                                       const std::array<FaceSide, 3>& sides) {
-  // An orientation is a height times twice the area of the face. Nearly all pairs return here.
+  // An orientation is a height times twice the area of the face, which `most` bounds from above.
+  // Nearly all pairs return here.
   const double most = (q[1] - q[0]).lpNorm<1>() * (q[2] - q[0]).lpNorm<1>();
   if (!(std::fabs(sides[0].value) <= rounding_ * most)) return;
   if (isNear(p, q, rounding_) && isNear(q, p, rounding_))
     coplanar_.push_back({pair.first, pair.second, sides});
 }
 
-/// Tests the edges of one triangle against the face of the other.
+/// Adds a node for each edge of one triangle that crosses the face of the other. `sides`: on which
+/// sides of `face` the corners of `edges` lie.
 void SurfaceCrossings::testEdges(const ClosedSurface& surface, WhichBody body,
                                  const TrianglePair& pair, const TrianglePoints<double>& edges,
                                  const TrianglePoints<double>& face,
@@ -127,15 +128,16 @@ void SurfaceCrossings::testEdges(const ClosedSurface& surface, WhichBody body,
                             sides[high].sign,
                             t,
                             between(edges[low], edges[high], t)};
-    // The part of the first body is to the left: edges of the first lead to the segment's start,
-    // edges of the second away from it.
+    // The part of the first body inside the second is to the segment's left. So where an edge of
+    // the first enters the second, in the triangle's direction, the segment ends; where it leaves,
+    // it starts. For edges of the second it is the other way round.
     const bool leaves = sides[k].sign > 0;
     ends_.push_back({node, 2 * static_cast<unsigned>(segments_.size()) + (leaves != is_first)});
   }
 }
 
-/// Keeps two triangles that cross: they have two nodes, one at the start and one at the end of the
-/// segment.
+/// Keeps the nodes that were added for two triangles, from `first_end` on, if they are the start
+/// and the end of one segment; else removes them.
 void SurfaceCrossings::keepIfWhole(std::size_t first_end, const TrianglePair& pair) {
   if (ends_.size() == first_end) return;
   const bool is_whole = ends_.size() == first_end + 2 &&
@@ -146,6 +148,7 @@ void SurfaceCrossings::keepIfWhole(std::size_t first_end, const TrianglePair& pa
     ends_.resize(first_end);
 }
 
+/// Merges equal ends to nodes, and connects segments with them.
 void SurfaceCrossings::collectNodes() {
   std::sort(ends_.begin(), ends_.end(), [](const SegmentEnd& a, const SegmentEnd& b) {
     return orderOf(a.node) < orderOf(b.node);
@@ -158,6 +161,7 @@ void SurfaceCrossings::collectNodes() {
   }
 }
 
+/// Finds the range of nodes of each edge.
 void SurfaceCrossings::collectEdges() {
   edges_.clear();
   for (unsigned i = 0; i < nodes_.size(); ++i) {
@@ -166,13 +170,14 @@ void SurfaceCrossings::collectEdges() {
   }
 }
 
-SurfaceCrossings::Range SurfaceCrossings::along(WhichBody body, unsigned from, unsigned to) const {
+SurfaceCrossings::Range SurfaceCrossings::nodesOfEdge(WhichBody body, unsigned from,
+                                                      unsigned to) const {
   const auto edge = std::make_tuple(body, std::min(from, to), std::max(from, to));
-  const auto at = std::lower_bound(
+  const auto found = std::lower_bound(
       edges_.begin(), edges_.end(), edge,
       [&](const Range& range, const auto& key) { return edgeOf(nodes_[range.begin]) < key; });
-  if (at == edges_.end() || edgeOf(nodes_[at->begin]) != edge) return {0, 0};
-  return *at;
+  if (found == edges_.end() || edgeOf(nodes_[found->begin]) != edge) return {0, 0};
+  return *found;
 }
 
 void SurfaceWinding::build(const ClosedSurfaces& bodies, WhichBody body,
@@ -182,6 +187,7 @@ void SurfaceWinding::build(const ClosedSurfaces& bodies, WhichBody body,
   setNumbers(bodies, body);
 }
 
+/// Labels the vertices, and records which ones have an edge with crossings.
 void SurfaceWinding::labelVertices(const ClosedSurface& surface, WhichBody body,
                                    const SurfaceCrossings& crossings) {
   const std::size_t count = surface.points.size();
@@ -211,29 +217,31 @@ void SurfaceWinding::flood(unsigned from, const ClosedSurface& surface, WhichBod
       for (const unsigned next : surface.corners(t)) {
         if (labels_[next] != kNoLabel) continue;
         const bool may_cross = has_cuts_[v] && has_cuts_[next];
-        if (may_cross && !crossings.along(body, v, next).isEmpty()) continue;
+        if (may_cross && !crossings.nodesOfEdge(body, v, next).isEmpty()) continue;
         labels_[next] = label;
         stack_.push_back(next);
       }
   }
 }
 
-/// Returns the root of a label, and makes it the label's parent.
+/// Returns the root of a label. Compresses the path: the root becomes the parent of all on it.
 unsigned SurfaceWinding::rootOf(unsigned label) {
   unsigned root = label;
   int offset = 0;
   for (; parents_[root] != root; root = parents_[root]) offset += offsets_[root];
   while (parents_[label] != root && label != root) {
     const unsigned next = parents_[label];
-    const int rest = offset - offsets_[label];
+    const int next_offset = offset - offsets_[label];
     parents_[label] = root;
     offsets_[label] = offset;
-    offset = rest;
+    offset = next_offset;
     label = next;
   }
   return root;
 }
 
+/// Connects the labels at both ends of each edge with crossings. Sets the offset of one root from
+/// the other by the sum of the edge's signs.
 void SurfaceWinding::connectLabels(WhichBody body, const SurfaceCrossings& crossings) {
   parents_.resize(first_vertices_.size());
   offsets_.assign(first_vertices_.size(), 0);
@@ -260,8 +268,8 @@ SurfaceWinding::Box SurfaceWinding::boxAround(const ClosedSurface& surface) {
   return box;
 }
 
-/// Sets the number of each root: 0 if one of its vertices is outside of the other body's box, else
-/// counted along a ray.
+/// Sets the number of each label. A vertex outside of the other body's box has the number 0. If a
+/// root is connected with no such vertex, its number is counted along a ray.
 void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, WhichBody body) {
   const ClosedSurface &surface = bodies[indexOf(body)], &other = bodies[indexOf(otherOf(body))];
   const Box box = boxAround(other);
@@ -285,8 +293,8 @@ void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, WhichBody body) {
   }
 }
 
-/// Returns how often another body winds around a point: counts the crossings of a ray along x,
-/// which is treated as an edge of the point's body.
+/// Returns the winding number of another body at a point: sums the signs of its crossings with a
+/// ray along x, treated as an edge of the point's body that ends beyond the box.
 int SurfaceWinding::countAround(const fcl::Vector3d& point, WhichBody body,
                                 const ClosedSurface& other, const Box& box) {
   const double size = std::max(box.low.cwiseAbs().maxCoeff(), box.high.cwiseAbs().maxCoeff());

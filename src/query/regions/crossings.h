@@ -9,6 +9,7 @@
 #include "triangles/orientation.h"
 #include "triangles/triangle_contact.h"
 
+// Exact crossings of two closed surfaces, and winding numbers of their vertices.
 namespace adaptive_bvh {
 
 /// One of two bodies, as the owner of a point, an edge or a face.
@@ -21,7 +22,7 @@ inline int crossSign(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::
                      const fcl::Vector3d& d, int k) {
   const int i = (k + 1) % 3, j = (k + 2) % 3;
   const double bi = b[i] - a[i], bj = b[j] - a[j], di = d[i] - c[i], dj = d[j] - c[j];
-  if ((bi == 0 || dj == 0) && (bj == 0 || di == 0)) return 0;  // common along the axes
+  if ((bi == 0 || dj == 0) && (bj == 0 || di == 0)) return 0;  // frequent for edges along axes
   const double left = bi * dj, right = bj * di;
   const double value = left - right, size = std::fabs(left) + std::fabs(right);
   if (size > 0x1p-900 && size < 0x1p1000 && std::fabs(value) > 0x1p-50 * size)
@@ -44,7 +45,8 @@ inline int crossSign(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::
 /// infinitely small motion of the first body along x or, if that changes nothing, along y, or z.
 /// This one rule breaks all ties. As a real motion would have the same effect, the decisions never
 /// contradict each other. (Simulation of simplicity: Edelsbrunner and Muecke 1990, here by a common
-/// shift.) The derivative by the motion is (b - a) x (d - c), or its opposite.
+/// shift.) The caller passes the derivative of the orientation by the motion: (b - a) x (d - c), or
+/// its opposite if `is_opposite`.
 inline int brokenTie(double orientation, const fcl::Vector3d& a, const fcl::Vector3d& b,
                      const fcl::Vector3d& c, const fcl::Vector3d& d, bool is_opposite) {
   if (orientation != 0) return orientation > 0 ? 1 : -1;
@@ -58,22 +60,23 @@ struct FaceSide {
   double value;  ///< its orientation, which may be 0
   int sign;      ///< 1 behind the face, -1 in front of it; 0 only for a face without area
 };
-/// `body`: that of the point.
+/// Returns the side of a point. `body`: to which the point belongs; the face is the other's.
 inline FaceSide sideOfFace(const TrianglePoints<double>& face, const fcl::Vector3d& point,
                            WhichBody body) {
   const double value = orientation(face[0], face[1], face[2], point);
   return {value, brokenTie(value, face[0], face[1], face[0], face[2], body == WhichBody::First)};
 }
 
-/// Returns the side on which the edge from p to q passes the line through another body's edge from
-/// a to b. `body`: that of the first edge. 0 only if the edges are parallel.
+/// Returns the side, 1 or -1, on which the edge pq passes the line through the other body's edge
+/// ab; 0 only if they are parallel. `body`: to which pq belongs.
 inline int passingSide(const fcl::Vector3d& p, const fcl::Vector3d& q, const fcl::Vector3d& a,
                        const fcl::Vector3d& b, WhichBody body) {
   // A shift of p and q changes the determinant by the shift times (q - p) x (a - b).
   return brokenTie(orientation(p, q, a, b), p, q, b, a, body == WhichBody::Second);
 }
 
-/// Whether an edge that crosses the plane of a face passes within the face. `body`: the edge's.
+/// Whether an edge that crosses the plane of the other body's face crosses the face: it passes all
+/// its sides on the same side. `body`: to which the edge belongs.
 inline bool passesWithin(const fcl::Vector3d& p, const fcl::Vector3d& q,
                          const TrianglePoints<double>& face, WhichBody body) {
   const int side = passingSide(p, q, face[0], face[1], body);
@@ -81,11 +84,10 @@ inline bool passesWithin(const fcl::Vector3d& p, const fcl::Vector3d& q,
          side == passingSide(p, q, face[2], face[0], body);
 }
 
-/// Finds the triangles of a mesh that a ray may meet, by the mesh's tree.
+/// Interface to the tree of a mesh: finds the triangles that a ray may meet.
 class RayCandidates {
  public:
-  /// Adds the triangles to `triangles`. Origin and direction are in the coordinates of
-  /// ClosedSurface.
+  /// Appends their indices to `triangles`. The ray is in the coordinates of ClosedSurface.
   virtual void find(const fcl::Vector3d& origin, const fcl::Vector3d& direction,
                     std::vector<unsigned>& triangles) = 0;
 
@@ -97,8 +99,8 @@ class RayCandidates {
 /// where products of coordinates would underflow.
 struct ClosedSurface {
   const MeshTopology* topology = nullptr;
-  RayCandidates* rays = nullptr;
-  std::vector<fcl::Vector3d> points;
+  RayCandidates* rays = nullptr;      ///< of this mesh
+  std::vector<fcl::Vector3d> points;  ///< by vertex
 
   unsigned numTriangles() const { return static_cast<unsigned>(topology->triangles.size()); }
   VertexIndices corners(unsigned triangle) const {
@@ -121,24 +123,24 @@ constexpr WhichBody otherOf(WhichBody body) {
 
 /// Where an edge of one body crosses a triangle of the other.
 struct CrossingNode {
-  WhichBody body;      ///< the edge's
+  WhichBody body;      ///< to which the edge belongs
   unsigned low, high;  ///< the edge's vertices, the smaller index first
-  unsigned face;       ///< the other's triangle
+  unsigned face;       ///< triangle of the other body
   int sign;  ///< 1 if the edge from `low` to `high` enters the other body here, -1 if it leaves it
   double t;  ///< the point is low + t (high - low)
   fcl::Vector3d position;
 };
 
-/// Where two triangles cross, from one node to another. Seen from outside of the first body, its
-/// part inside the second is to the left.
+/// The segment in which two triangles cross, from one node to another. Seen from outside of the
+/// first body, the part of its surface inside the second body is to the left.
 struct CrossingSegment {
-  unsigned first, second;  ///< triangles
-  unsigned start, end;     ///< nodes
+  unsigned first, second;  ///< triangle of each body
+  unsigned start, end;     ///< indices of nodes
 };
 
 /// Two triangles in one plane, up to rounding.
 struct CoplanarPair {
-  unsigned first, second;
+  unsigned first, second;  ///< triangle of each body
   /// On which sides of the second the corners of the first lie: sideOfFace.
   std::array<FaceSide, 3> sides;
 };
@@ -166,8 +168,8 @@ class SurfaceCrossings {
   /// Pairs of triangles in one plane, whether they cross or not.
   const std::vector<CoplanarPair>& coplanar() const { return coplanar_; }
   double rounding() const { return rounding_; }
-  /// The nodes of an edge.
-  Range along(WhichBody body, unsigned from, unsigned to) const;
+  /// The nodes of an edge, in the order of nodes() even if `from` exceeds `to`; may be empty.
+  Range nodesOfEdge(WhichBody body, unsigned from, unsigned to) const;
 
  private:
   /// A node, as the end of a segment.
@@ -187,25 +189,26 @@ class SurfaceCrossings {
   void collectEdges();
 
   double rounding_ = 0;
-  std::vector<SegmentEnd> ends_;
+  std::vector<SegmentEnd> ends_;  ///< of all segments; a node occurs once for each of its segments
   std::vector<CrossingNode> nodes_;
   std::vector<CrossingSegment> segments_;
   std::vector<Range> edges_;
   std::vector<CoplanarPair> coplanar_;
 };
 
-/// How often one body winds around each vertex of the other. Vertices connected by edges without
-/// crossings have the same label and number. Along an edge with crossings, the number changes by
-/// the signs of its nodes.
+/// The winding number of one body's surface at each vertex of the other body. Vertices connected by
+/// edges without crossings have the same label and number. Along an edge with crossings, the number
+/// changes by the signs of its nodes. So one ray for each connected set of labels is enough.
 class SurfaceWinding {
  public:
   static constexpr unsigned kNoLabel = ~0u;  ///< for vertices without triangles
 
-  /// Computes the winding numbers of the vertices of bodies[body].
+  /// Labels the vertices of `body` and computes the other body's winding number for each label.
   void build(const ClosedSurfaces& bodies, WhichBody body, const SurfaceCrossings& crossings);
 
   unsigned numLabels() const { return static_cast<unsigned>(numbers_.size()); }
   unsigned label(unsigned vertex) const { return labels_[vertex]; }
+  /// The winding number of all vertices with a label.
   int numberOf(unsigned label) const { return numbers_[label]; }
 
  private:
@@ -231,7 +234,7 @@ class SurfaceWinding {
   std::vector<unsigned> parents_;         ///< by label: a forest of connected labels
   std::vector<int> offsets_;              ///< by label: its number less that of its parent
   std::vector<int> numbers_;              ///< by label
-  std::vector<std::uint8_t> is_known_;    ///< by label, for roots
+  std::vector<std::uint8_t> is_known_;    ///< by label, for roots: whether its number is set
   std::vector<unsigned> candidates_;      ///< triangles that a ray may meet
 };
 

@@ -75,8 +75,7 @@ void SurfacePatches::cutTriangles(WhichBody body) {
   }
 }
 
-/// Adds the parts of a triangle's edges inside the other body, and connects the elements at their
-/// ends.
+/// Adds the pieces of a triangle's edges inside the other body; connects their ends' elements.
 void SurfacePatches::addEdges(WhichBody body, unsigned triangle) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   const SurfaceWinding& winding = (*windings_)[indexOf(body)];
@@ -84,8 +83,8 @@ void SurfacePatches::addEdges(WhichBody body, unsigned triangle) {
   for (std::size_t k = 0; k < 3; ++k) {
     const unsigned a = v[k], b = v[(k + 1) % 3];
     if (a == b) continue;
-    const SurfaceCrossings::Range range = crossings_->along(body, a, b);
-    int number = winding.numberOf(winding.label(a));
+    const SurfaceCrossings::Range range = crossings_->nodesOfEdge(body, a, b);
+    int number = winding.numberOf(winding.label(a));  // the other body's winding number at `from`
     unsigned element = labelElement(body, winding.label(a));
     fcl::Vector3d from = surface.points[a];
     const auto advance = [&](unsigned next, const fcl::Vector3d& to) {
@@ -105,6 +104,8 @@ void SurfacePatches::addEdges(WhichBody body, unsigned triangle) {
   }
 }
 
+/// Adds a segment as a piece of one of its triangles. For the second body the inside is on the
+/// other side, so the direction is reversed.
 void SurfacePatches::addSegment(WhichBody body, const CrossingSegment& segment) {
   const fcl::Vector3d &start = crossings_->nodes()[segment.start].position,
                       &end = crossings_->nodes()[segment.end].position;
@@ -115,8 +116,8 @@ void SurfacePatches::addSegment(WhichBody body, const CrossingSegment& segment) 
     pieces_.push_back({element, 1, end, start});
 }
 
-/// Traces the curves, ordered by their smallest segment. As many segments start at a node as end
-/// there, so each curve returns to its start.
+/// Traces the curves, ordered by their smallest segment. At each node as many segments start as
+/// end, so each curve returns to its start.
 void SurfacePatches::traceCurves() {
   const auto& segments = crossings_->segments();
   order_.resize(segments.size());
@@ -133,20 +134,20 @@ void SurfacePatches::traceCurves() {
   for (unsigned first = 0; first < segments.size(); ++first) {
     if (is_traced_[first]) continue;
     const std::size_t begin = curve_segments_.size();
-    for (unsigned at = first;;) {
-      is_traced_[at] = 1;
-      curve_segments_.push_back(at);
-      const unsigned node = segments[at].end;
+    for (unsigned current = first;;) {
+      is_traced_[current] = 1;
+      curve_segments_.push_back(current);
+      const unsigned node = segments[current].end;
       if (node == segments[first].start) break;
       while (next_[node] < order_.size() && is_traced_[order_[next_[node]]]) ++next_[node];
-      at = order_[next_[node]];
+      current = order_[next_[node]];
     }
     curves_.push_back({begin, curve_segments_.size(), nodeElement(segments[first].start)});
   }
 }
 
-/// Connects the curves around holes. A curve that lies in one triangle and goes around a hole of
-/// its part touches no other boundary of that part.
+/// Connects the curves around holes with their parts. Only a curve that lies in one triangle can go
+/// around a hole of a part without a common point with the rest of the part's boundary.
 void SurfacePatches::connectHoles() {
   const auto& segments = crossings_->segments();
   for (const CrossingCurve& curve : curves_) {
@@ -161,7 +162,8 @@ void SurfacePatches::connectHoles() {
   }
 }
 
-/// The area of a curve in a body's triangle; positive if the part is to the left of the curve.
+/// Returns the area that a curve encloses in a body's triangle; positive if the part is inside the
+/// curve, negative if the curve goes around a hole. `normal`: of the triangle.
 double SurfacePatches::signedArea(const CrossingCurve& curve, WhichBody body,
                                   const fcl::Vector3d& normal) const {
   fcl::Vector3d sum = fcl::Vector3d::Zero();
@@ -184,8 +186,8 @@ auto SurfacePatches::cutTriangle(WhichBody body, unsigned triangle) const -> con
   return cut != cuts_.end() && keyOf(*cut) == key ? &*cut : nullptr;
 }
 
-/// Finds for each body whether the other one faces inward. The areas of a body's parts, which are
-/// multiplied by the other body's winding number, are negative then.
+/// Finds for each body whether the other one faces inward. If so, the other body's winding number
+/// is negative, and so are the areas of the parts.
 void SurfacePatches::findOrientations() {
   std::array<double, 2> areas{};
   for (const SurfacePart& part : parts_) areas[indexOf(part.body)] += part.area;
@@ -209,9 +211,9 @@ void SurfacePatches::connectHole(const CrossingCurve& curve, WhichBody body, uns
   if (around != kNoRegion) connect(curve.region, around);
 }
 
-/// Finds where a line through a point of a triangle's plane crosses the boundaries of the
-/// triangle's parts. Seen along the axis nearest to the normal, the line is parallel to another
-/// axis.
+/// Sets hits_ to where a line through the point x of a triangle's plane crosses the boundaries of
+/// the triangle's parts. The plane is projected along the axis nearest to its normal, onto the axes
+/// i and j; there the line is parallel to axis i. Positions are relative to x.
 void SurfacePatches::findHits(const CutTriangle& cut, const fcl::Vector3d& normal,
                               const fcl::Vector3d& x) {
   int axis;
@@ -220,42 +222,44 @@ void SurfacePatches::findHits(const CutTriangle& cut, const fcl::Vector3d& norma
   hits_.clear();
   for (std::size_t k = cut.begin; k < cut.end; ++k) {
     const fcl::Vector3d &from = pieces_[k].from, &to = pieces_[k].to;
-    // A common end of two pieces is on the same side for both.
+    // Each end is on one side of the line, the same for all pieces with that end.
     if ((from[j] > x[j]) == (to[j] > x[j])) continue;
-    const double at = from[i] - x[i] + (to[i] - from[i]) * ((x[j] - from[j]) / (to[j] - from[j]));
-    hits_.push_back(
-        {at, rootOf(pieces_[k].element), to[j] > from[j] ? pieces_[k].count : -pieces_[k].count});
+    const double position =
+        from[i] - x[i] + (to[i] - from[i]) * ((x[j] - from[j]) / (to[j] - from[j]));
+    hits_.push_back({position, rootOf(pieces_[k].element),
+                     to[j] > from[j] ? pieces_[k].count : -pieces_[k].count});
   }
 }
 
-/// Finds the longest stretch of the line inside a hole or cavity bounded by the root `own`. Returns
-/// the root of the part or region around that stretch; `own` if there is none; kNoRegion if the
-/// line misses the hole.
+/// Finds the longest interval of the line inside a hole or cavity that the root `own` bounds: `own`
+/// has a winding number there, but the sum over all roots is 0. Returns the root of the part or
+/// region around that interval; `own` if there is none; kNoRegion if the line misses the hole.
 unsigned SurfacePatches::rootAround(unsigned own) {
   std::sort(hits_.begin(), hits_.end(),
-            [](const LineHit& a, const LineHit& b) { return a.at < b.at; });
-  int number = 0, own_number = 0, sense = 0;
+            [](const LineHit& a, const LineHit& b) { return a.position < b.position; });
+  int number = 0, own_number = 0;  // winding numbers after hit i: of all roots, and of `own`
+  int hole_number = 0;             // that of `own` in the interval
   double longest = 0;
-  std::size_t next = 0;  // the first hit after that stretch
+  std::size_t next = 0;  // the first hit after that interval
   for (std::size_t i = 0; i + 1 < hits_.size(); ++i) {
     number += hits_[i].count;
     if (hits_[i].root == own) own_number += hits_[i].count;
-    const double length = hits_[i + 1].at - hits_[i].at;
+    const double length = hits_[i + 1].position - hits_[i].position;
     if (number != 0 || own_number == 0 || !(length > longest)) continue;
     longest = length;
     next = i + 1;
-    sense = own_number;
+    hole_number = own_number;
   }
-  if (sense == 0) return kNoRegion;
-  const unsigned around = rootFrom(next, -sense);
+  if (hole_number == 0) return kNoRegion;
+  const unsigned around = rootFrom(next, -hole_number);
   return around == kNoRegion ? own : around;
 }
 
-/// Among the roots that wind around the points of the line before hit `first`, returns the one that
-/// the line crosses first from there on. `sense`: required sign of the winding number; 0 for any.
+/// Among the roots with a winding number on the line just before hit `first`, returns the one that
+/// the line crosses first from there on. `sense`: required sign of that number; 0 for either.
 unsigned SurfacePatches::rootFrom(std::size_t first, int sense) const {
   for (std::size_t i = first; i < hits_.size(); ++i) {
-    int number = 0;  // the line ends outside of everything
+    int number = 0;  // before hit `first`; it is 0 at the end of the line
     for (std::size_t k = first; k < hits_.size(); ++k)
       if (hits_[k].root == hits_[i].root) number -= hits_[k].count;
     if (sense == 0 ? number != 0 : number * sense > 0) return hits_[i].root;
@@ -269,12 +273,13 @@ unsigned SurfacePatches::regionAt(WhichBody body, unsigned triangle, const fcl::
   if (!cut) return regionOf(body, surface.corners(triangle)[0]);
   const TrianglePoints<double> p = surface.triangle(triangle);
   findHits(*cut, (p[1] - p[0]).cross(p[2] - p[0]), x);
-  const auto is_behind = [](const LineHit& hit) { return hit.at <= 0; };
+  const auto is_behind = [](const LineHit& hit) { return hit.position <= 0; };
   hits_.erase(std::remove_if(hits_.begin(), hits_.end(), is_behind), hits_.end());
   const unsigned root = rootFrom(0, 0);
   return root == kNoRegion ? kNoRegion : numbers_[root];
 }
 
+/// Adds the parts of a body's triangles.
 void SurfacePatches::collectParts(WhichBody body) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   auto cut = std::find_if(cuts_.begin(), cuts_.end(),
@@ -295,13 +300,14 @@ void SurfacePatches::addWhole(WhichBody body, unsigned triangle) {
   const int number = winding.numberOf(label);
   if (number == 0) return;
   const TrianglePoints<double> p = surface.triangle(triangle);
-  const fcl::Vector3d u = p[1] - p[0], v = p[2] - p[0], across = u.cross(v),
-                      normal = across.stableNormalized();
-  const double area = 0.5 * number * across.dot(normal);
+  const fcl::Vector3d u = p[1] - p[0], v = p[2] - p[0], cross = u.cross(v),
+                      normal = cross.stableNormalized();
+  const double area = 0.5 * number * cross.dot(normal);
   parts_.push_back({body, triangle, labelElement(body, label), false, area, std::fabs(area), normal,
                     p[0], fcl::Vector3d((u + v) * (area / 3))});
 }
 
+/// Adds the parts of a triangle with crossings. Each piece adds a triangle with the part's origin.
 void SurfacePatches::addCut(const CutTriangle& cut) {
   const TrianglePoints<double> p = (*bodies_)[indexOf(cut.body)].triangle(cut.triangle);
   const fcl::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
@@ -317,7 +323,7 @@ void SurfacePatches::addCut(const CutTriangle& cut) {
   }
 }
 
-/// Returns the part of the triangle to which a piece belongs.
+/// Returns the part to which a piece belongs, perhaps a new one. `first_part`: of its triangle.
 SurfacePart& SurfacePatches::partOf(std::size_t first_part, const Piece& piece,
                                     const CutTriangle& cut, const fcl::Vector3d& normal) {
   const unsigned root = rootOf(piece.element);
@@ -330,8 +336,8 @@ SurfacePart& SurfacePatches::partOf(std::size_t first_part, const Piece& piece,
   return parts_.back();
 }
 
-/// Merges the parts of a triangle in each region. They were separate while holes and cavities were
-/// not connected.
+/// Merges the parts of each triangle that belong to one region. They were separate until holes and
+/// cavities were connected.
 void SurfacePatches::mergeParts() {
   std::size_t kept = 0, first = 0;  // `first`: the triangle's first part
   last_part_.assign(num_regions_, 0);
@@ -350,6 +356,8 @@ void SurfacePatches::mergeParts() {
   parts_.erase(parts_.begin() + static_cast<std::ptrdiff_t>(kept), parts_.end());
 }
 
+/// Numbers the regions in the order of their keys, which depend on the crossings only; replaces
+/// elements by these numbers, and sorts the curves by region.
 void SurfacePatches::numberRegions() {
   constexpr unsigned kNone = ~0u;
   keys_.clear();

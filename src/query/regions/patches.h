@@ -5,6 +5,7 @@
 
 #include "query/regions/crossings.h"
 
+// The parts of two closed surfaces that lie inside the other body, grouped into contact regions.
 namespace adaptive_bvh {
 
 /// The part of a triangle inside the other body that belongs to one region. Its area is multiplied
@@ -12,15 +13,15 @@ namespace adaptive_bvh {
 struct SurfacePart {
   WhichBody body;
   unsigned triangle;
-  unsigned region;  ///< an element of the forest, at the end the region's number
+  unsigned region;  ///< while building, an element (SurfacePatches); then the region's number
   bool is_cut;      ///< whether the triangle crosses the other surface
   double area;
-  double size;           ///< sum of the absolute values of the terms of `area`
+  double size;           ///< sum of the absolute values of the terms of `area`; bounds its rounding
   fcl::Vector3d normal;  ///< of the triangle, of length 1; zero where it has no area
   fcl::Vector3d origin;  ///< a point of the part
   fcl::Vector3d moment;  ///< integral of the position relative to `origin` over the area
 
-  /// Adds another part of the triangle.
+  /// Adds another part of the same triangle.
   void add(const SurfacePart& part) {
     moment += part.moment + (part.origin - origin) * part.area;
     area += part.area;
@@ -36,22 +37,24 @@ struct SurfacePart {
 /// A closed polyline of consecutive segments.
 struct CrossingCurve {
   std::size_t begin, end;  ///< range of SurfacePatches::curveSegments()
-  unsigned region;         ///< an element of the forest, at the end the region's number
+  unsigned region;  ///< while building, an element (SurfacePatches); then the region's number
 };
 
 /// The parts of both surfaces that lie inside the other body, the curves around them, and the
-/// regions that they form. Labels of vertices, and nodes, are the elements of a forest that
-/// connects them; each region has one root.
+/// regions that they form. The elements of a region are the labels of its vertices (SurfaceWinding)
+/// and its crossing nodes. Connected elements are in one tree of a forest (union-find), so that
+/// each region has one root.
 ///
 /// A part's area follows from its boundary (Green's theorem): the segments on its triangle, and the
-/// pieces of the triangle's edges inside the other body, each with the part on the same side. No
-/// part is ever triangulated.
+/// pieces of the triangle's edges inside the other body, all directed so that the part is to their
+/// left. No part is triangulated.
 class SurfacePatches {
  public:
+  /// The arguments must outlive the queries of this object.
   void build(const ClosedSurfaces& bodies, const SurfaceCrossings& crossings,
              const std::array<SurfaceWinding, 2>& windings);
 
-  /// Leaves no parts, because the bodies are apart.
+  /// Removes everything, for bodies that are apart.
   void clear() {
     parts_.clear();
     curves_.clear();
@@ -61,7 +64,7 @@ class SurfacePatches {
   /// Parts of the first body, then of the second, each by increasing triangle.
   const std::vector<SurfacePart>& parts() const { return parts_; }
   const std::vector<CrossingCurve>& curves() const { return curves_; }
-  /// Numbers of segments, curve by curve.
+  /// Indices of SurfaceCrossings::segments(), curve by curve.
   const std::vector<unsigned>& curveSegments() const { return curve_segments_; }
   std::size_t numRegions() const { return num_regions_; }
   /// The region of a vertex inside the other body; kNoRegion for other vertices.
@@ -74,33 +77,34 @@ class SurfacePatches {
   /// A piece of a part's boundary, directed so that the part is to its left.
   struct Piece {
     unsigned element;
-    int count;  ///< how often the piece counts
+    int count;  ///< the other body's winding number on an edge; 1 for a segment
     fcl::Vector3d from, to;
   };
-  /// The pieces of a triangle that crosses the other surface.
+  /// The pieces of a triangle that crosses the other surface: a range of pieces_.
   struct CutTriangle {
     WhichBody body;
     unsigned triangle;
     std::size_t begin, end;
   };
-  /// Volume and area within the parts of one root, to find cavities.
+  /// The volume that the parts of one root enclose, and their area, to find cavities.
   struct Enclosed {
     unsigned root;
     double volume, area;
-    fcl::Vector3d origin;
-    std::size_t largest;  ///< the part with the largest area
+    fcl::Vector3d origin;  ///< a point of a part; volumes are summed relative to it
+    std::size_t largest;   ///< the part with the largest area
   };
-  /// A crossing of a line with the boundaries of parts in a plane, or with those of regions.
+  /// Where a line crosses the boundary of a part (in its triangle's plane), or a part (in space).
   struct LineHit {
-    double at;
-    unsigned root;
-    int count;  ///< change of the winding number along the line
+    double position;  ///< along the line
+    unsigned root;    ///< of the part
+    int count;        ///< change of the winding number along the line
   };
-  /// A line, and two directions across it.
+  /// A line in space, and two directions across it.
   struct Line {
     fcl::Vector3d origin, along, u, v;
   };
 
+  // Elements: the labels of the first body, those of the second, then the nodes.
   unsigned nodeElement(unsigned node) const { return num_labels_ + node; }
   unsigned labelElement(WhichBody body, unsigned label) const {
     return body == WhichBody::First ? label : first_labels_ + label;
@@ -129,7 +133,7 @@ class SurfacePatches {
   void measureRoots();
   bool connectCavity(unsigned root, const SurfacePart& part);
   void addHits(const Line& line, WhichBody body, unsigned triangle);
-  void addHit(const Line& line, const Piece& piece, double at);
+  void addHit(const Line& line, const Piece& piece, double position);
   void mergeParts();
   void numberRegions();
 
@@ -150,10 +154,11 @@ class SurfacePatches {
   std::array<double, 2> orientations_{};  ///< by body: -1 if the other body faces inward, else 1
   std::vector<Enclosed> enclosed_;
   std::vector<LineHit> hits_;
-  std::vector<unsigned> candidates_;    ///< triangles that a line may meet
-  std::vector<unsigned> numbers_;       ///< by root: a number
+  std::vector<unsigned> candidates_;  ///< triangles that a line may meet
+  /// By root: an index of enclosed_ in connectCavities; then of keys_, at last the region's number.
+  std::vector<unsigned> numbers_;
   std::vector<std::size_t> last_part_;  ///< by root or region: its last part
-  /// Sort key of a region.
+  /// Sort key of a region: its smallest triangles, its first curve, and its root.
   struct RegionKey {
     unsigned first, second, curve, root;
   };

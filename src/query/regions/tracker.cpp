@@ -1,3 +1,4 @@
+// ContactTracker: regions keep the identity of the last step's region that shares most triangles.
 #include <algorithm>
 #include <tuple>
 
@@ -34,7 +35,8 @@ void ContactTracker::finish() {
   events_.swap(next_events_);
 }
 
-/// Counts the triangles common to each old and new region. Both lists are sorted by triangle.
+/// Counts the triangles common to each old and new region; both lists are sorted by triangle. Sorts
+/// the counts: largest first, then by the old region's identity.
 void ContactTracker::countShares() {
   shares_.clear();
   auto old = uses_.cbegin();
@@ -72,6 +74,7 @@ void ContactTracker::matchRegions() {
   }
 }
 
+/// Reports each new region as persisting, born or split, and gives new identities.
 void ContactTracker::reportRegions() {
   for (std::size_t r = 0; r < next_ids_.size(); ++r) {
     if (next_ids_[r] != 0) {
@@ -88,6 +91,7 @@ void ContactTracker::reportRegions() {
   }
 }
 
+/// Reports each old region that no new region continues, as gone or merged.
 void ContactTracker::reportEnded() {
   const std::size_t begin = next_events_.size();
   for (std::size_t r = 0; r < ids_.size(); ++r) {

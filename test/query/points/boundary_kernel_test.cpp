@@ -40,7 +40,7 @@ TEST(BoundaryKernel, AnswersAlikeForPacksOfAnySize) {
                          random() % 2 == 0,
                          0x1p42};
     if (random() % 8 == 0)  // on a vertex
-      for (std::size_t k = 0; k < 3; ++k) view.at[k] = numbers[k][count / 2];
+      for (std::size_t k = 0; k < 3; ++k) view.point[k] = numbers[k][count / 2];
     const BoundaryArrays boundary = {numbers[0].data(), numbers[1].data(), numbers[2].data(),
                                      numbers[3].data()};
     const Added two = addedBy(BoundaryKernel<Pack<double>>::add, boundary, count, view),
