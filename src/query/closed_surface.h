@@ -7,15 +7,16 @@
 #include "deformable/mesh_state.h"
 #include "mesh/vertex_triangles.h"
 
+// The check of queries that need a closed mesh, such as signed distances.
 namespace adaptive_bvh {
 
-/// Returns "1 time", "2 times" and so on.
+/// Returns "1 time", "2 times" and so on, for a message.
 inline std::string times(int count) {
   return std::to_string(count) + (count == 1 ? " time" : " times");
 }
 
 /// Throws std::invalid_argument unless the triangles of a mesh traverse every edge equally often in
-/// both directions. `what` names the query in the message.
+/// both directions. The message names the first edge that is not; `what` names the query in it.
 inline void requireClosed(const MeshState& mesh, const char* what) {
   if (mesh.topology->owners.isClosed()) return;
   std::string edge;
@@ -26,7 +27,7 @@ inline void requireClosed(const MeshState& mesh, const char* what) {
                            std::to_string(to) + ", of triangle " + std::to_string(use.triangle) +
                            ", is run through " + times(std::max(use.forward, use.back)) +
                            " that way and " + times(std::min(use.forward, use.back)) + " back";
-                    return false;
+                    return false;  // visit no further edge
                   });
   throw std::invalid_argument("adaptive_bvh: " + std::string(what) +
                               " needs a mesh that is closed, and this one is not: " + edge);
