@@ -62,9 +62,9 @@ class TriangleSearch final : private LeafSink {
     const NodePair roots{0, 0};
     run({&roots, &roots + 1});
   }
-  /// Sets `pairs` to the at least WalkTasks::kSize pairs of nodes that a walk from the roots leads
-  /// to. Returns false if one thread should run from the roots instead: the pool has only one
-  /// thread, or there are fewer pairs.
+  /// Expands the roots into at least WalkTasks::kSize pairs of nodes, in the order of a walk.
+  /// Returns false if one thread should run from the roots instead: the pool has only one thread, or
+  /// there are fewer pairs.
   bool splitRoots(const TaskPool& pool, std::vector<NodePair>& pairs) {
     if (pool.size() == 1) return false;
     pairs.assign(1, {0, 0});
@@ -168,9 +168,8 @@ class SinkWorker {
 ///   sink.clear()             discards its results
 ///   sink.another(result)     returns a sink for another thread, which writes to `result`
 ///   sink.mark()              the number of its results so far, a Sink::Mark
-///   sink.take(tasks, pool)   replaces its results by those of the tasks, in their order. `tasks`
-///   is
-///                            a list of SearchTasks<SinkWorker>::Found.
+///   sink.take(tasks, pool)   replaces its results by those of `tasks`, a list of
+///                            SearchTasks<SinkWorker>::Found, in their order
 template <typename Tests, typename Sink, typename... Input>
 void searchAll(int threads, const WideTrees& trees, Sink& sink, const Input&... input) {
   using Worker = SinkWorker<Tests, Sink>;
