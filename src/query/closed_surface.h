@@ -7,7 +7,6 @@
 #include "deformable/mesh_state.h"
 #include "mesh/vertex_triangles.h"
 
-// The check of queries that need a closed mesh, such as signed distances.
 namespace adaptive_bvh {
 
 /// Returns "1 time", "2 times" and so on, for a message.
@@ -15,8 +14,8 @@ inline std::string times(int count) {
   return std::to_string(count) + (count == 1 ? " time" : " times");
 }
 
-/// Throws std::invalid_argument unless the triangles of a mesh traverse every edge equally often in
-/// both directions. The message names the first edge that is not; `what` names the query in it.
+/// Throws std::invalid_argument unless a mesh is closed: its triangles traverse every edge equally
+/// often in both directions. The message names an edge, and the query that needs this, `what`.
 inline void requireClosed(const MeshState& mesh, const char* what) {
   if (mesh.topology->owners.isClosed()) return;
   std::string edge;

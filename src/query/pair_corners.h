@@ -38,7 +38,7 @@ class TriangleDifferences {
                                TrianglePoints<double> q) {
     for (std::size_t c = 0; c < 3; ++c) q[c] -= p[0];
     const fcl::Vector3d p1 = p[1] - p[0], p2 = p[2] - p[0];
-    set(kPEdges + 0, lane, p1);
+    set(kPEdges, lane, p1);
     set(kPEdges + 1, lane, p2 - p1);
     set(kPEdges + 2, lane, -p2);
     for (std::size_t c = 0; c < 3; ++c) {
@@ -47,7 +47,6 @@ class TriangleDifferences {
     }
   }
 
-  /// Returns the pairs of all four lanes.
   ADAPTIVE_BVH_INLINE TrianglePairs4 pairs() const {
     TrianglePairs4 pairs;
     for (std::size_t c = 0; c < 3; ++c) {
@@ -59,8 +58,7 @@ class TriangleDifferences {
   }
 
  private:
-  // Indices in vectors_ of the first of three vectors.
-  static constexpr std::size_t kPEdges = 0, kQEdges = 3, kQCorners = 6;
+  static constexpr std::size_t kPEdges = 0, kQEdges = 3, kQCorners = 6;  // first of three indices
 
   ADAPTIVE_BVH_INLINE void set(std::size_t index, int lane, const fcl::Vector3d& v) {
     vectors_[index][lane] =
@@ -76,10 +74,10 @@ class TriangleDifferences {
   Float4 vectors_[9][4];  ///< by index and lane
 };
 
-/// Errors of a pair's corners: `coarse` for the tree's positions alone, `fine` for positions with
-/// residuals and for the model's own positions.
+/// Errors of the corners of pairs of triangles.
 struct PairErrors {
-  PairError coarse, fine;
+  PairError coarse;  ///< for the trees' positions alone
+  PairError fine;    ///< for positions with residuals, and for the model's own positions
 };
 /// Returns the errors of pairs of two trees. `frame`: SameFrame or RelativeFrame; `scale`: that of
 /// the first tree; `distance`: pairs farther apart than this count as apart, in body units.
@@ -99,8 +97,7 @@ PairSource sourceOf(const Input& in) {
   return {cornersOf(in.tree1), cornersOf(in.tree2)};
 }
 /// Removes the pairs that are certainly separated along a normal of a triangle, or along a
-/// direction perpendicular to a normal and an edge. Returns the number of the others
-/// (PackedPairTests).
+/// direction perpendicular to a normal and an edge. Returns the number of the others.
 inline int keepByNormals(const PairSource& from, LeafIndexPair* pairs, int size,
                          const PairErrors& errors) {
   size = pairTests().keepByPlanes(from, pairs, size, errors.coarse);
@@ -130,8 +127,7 @@ ADAPTIVE_BVH_INLINE void gatherCorners(const Input& in, const Frame& frame,
   for (Vector4x3& corner : q) corner = frame(corner);
 }
 
-/// Appends copies of the last pair up to a multiple of four pairs. `pairs` has `size` pairs, and
-/// needs room for three more.
+/// Appends copies of the last of `size` pairs up to a multiple of four. Needs room for three more.
 ADAPTIVE_BVH_INLINE void padToFour(LeafIndexPair* pairs, int size) {
   for (int i = size; i % 4; ++i) pairs[i] = pairs[size - 1];
 }

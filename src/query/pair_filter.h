@@ -32,8 +32,7 @@ inline void requireSortedOfSelf(const IgnoredPairs& pairs) {
                                   "); within one mesh the smaller number comes first");
 }
 
-/// Whether the list or the function of `pairs` excludes the pair (first, second). A list must be
-/// sorted.
+/// Whether the list, which must be sorted, or the function of `pairs` has the pair (first, second).
 inline bool isIgnored(const IgnoredPairs& pairs, unsigned first, unsigned second) {
   const FeaturePair pair{first, second};
   return (pairs.list && std::binary_search(pairs.list->begin(), pairs.list->end(), pair)) ||

@@ -44,9 +44,8 @@ struct Gather<Float4> {
   }
 };
 
-/// Tests of pairs of triangles, as many at once as a pack has numbers: separating axis tests with
-/// error bounds (triangle_pairs.h). Call the cheap tests first; they leave few pairs. The results
-/// do not depend on the pack type.
+/// Separating axis tests of pairs of triangles (triangle_pairs.h), as many at once as a pack has
+/// numbers. Call the cheap tests first; they leave few pairs. Results do not depend on the pack.
 template <typename P>
 class PackedPairTests {
  public:
@@ -96,9 +95,8 @@ class PackedPairTests {
     for (int k = 0; k < kLanes; ++k) group[k] = pairs[first + k < size ? first + k : size - 1];
   }
 
-  /// Removes the pairs whose bit is set in areApart(group), where `group` is kLanes pairs. Returns
-  /// the number of the others. Writes each pair before it decides whether to keep it, so that there
-  /// is no branch: therefore the room for one more pair.
+  /// Removes the pairs whose bit is set in areApart(group), for each group of kLanes pairs. Returns
+  /// the number of the others. Without branches: the next pair overwrites a pair that is apart.
   template <typename AreApart>
   ADAPTIVE_BVH_INLINE static int keep(LeafIndexPair* pairs, int size, const AreApart& areApart) {
     int kept = 0;
@@ -153,8 +151,7 @@ constexpr PairTestTable kPairTestTable = {&PackedPairTests<P>::keepByPlanes,
 
 /// Returns the tests of four pairs at a time, which run on every processor.
 const PairTestTable& pairTests4();
-/// Returns the tests of eight pairs at a time; null if the library was built without AVX2 or the
-/// processor has none.
+/// Returns the tests of eight pairs at a time; null if the library or the processor has no AVX2.
 const PairTestTable* pairTests8();
 /// Returns the widest tests that the processor supports.
 const PairTestTable& pairTests();

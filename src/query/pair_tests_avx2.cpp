@@ -1,5 +1,4 @@
-// The tests of pair_tests.h for packs of eight numbers. Compiled for AVX2, and called only if the
-// processor has it.
+// The tests of pair_tests.h for packs of eight. Called only if the processor has AVX2.
 #ifdef __AVX2__
 #include "query/pair_tests.h"
 
@@ -13,8 +12,7 @@ struct Gather<Float8> {
 
   ADAPTIVE_BVH_INLINE static Vectors<Float8> corners(const Float4* points,
                                                      const unsigned (&slots)[8]) {
-    // Each v[k] has the points of lanes k and k + 4 in its two halves. The shuffles below transpose
-    // four points in both halves at once: x and y of points 0 and 1 (ab) and 2 and 3 (cd), then z.
+    // The halves of v[k] are the points of lanes k and k + 4. Transposes both halves at once.
     Float8 v[4];
     for (int k = 0; k < 4; ++k) v[k] = _mm256_set_m128(points[slots[k + 4]], points[slots[k]]);
     const Float8 ab = _mm256_unpacklo_ps(v[0], v[1]), cd = _mm256_unpacklo_ps(v[2], v[3]);

@@ -13,8 +13,7 @@
 
 namespace adaptive_bvh {
 
-/// A mesh of a query and its pose, a rigid transform: what all queries take as a mesh argument. A
-/// view: the mesh must outlive it.
+/// A mesh of a query and its pose, a rigid transform. A view: the mesh must outlive it.
 struct PlacedMesh {
   template <typename S>
   PlacedMesh(const DeformableMesh<S>& placed, const fcl::Transform3<S>& placement)
@@ -27,13 +26,12 @@ struct PlacedMesh {
 
   const WideTree& tree() const { return mesh.tree; }
   const LocalBounds<double>& bounds() const { return mesh.bounds; }
-  /// Returns the corners, in the mesh's frame, of the triangle with this index in the order of the
-  /// tree's leaves.
+  /// Returns a triangle's corners in the mesh's frame, by its index in the order of the leaves.
   TrianglePoints<double> pointsAt(unsigned leaf_index) const {
     const Int4& v = mesh.tree.corners(leaf_index);
     return {point(v[0]), point(v[1]), point(v[2])};
   }
-  /// Returns the corners, in the mesh's frame, of the triangle with this index in the mesh.
+  /// Returns a triangle's corners in the mesh's frame, by its index in the mesh.
   TrianglePoints<double> pointsOf(unsigned triangle) const {
     const VertexIndices v = mesh.view().verticesOf(triangle);
     return {point(v[0]), point(v[1]), point(v[2])};
@@ -46,30 +44,26 @@ struct PlacedMesh {
   }
 };
 
-/// The request and the result of a distance query.
+/// The request and the result of a distance query. No search is needed if isSatisfied().
 template <typename S>
 struct DistanceQuery {
   const fcl::DistanceRequest<S>& request;
   fcl::DistanceResult<S>& result;
 
-  /// Whether the result needs no further search.
   bool isSatisfied() const { return request.isSatisfied(result); }
 };
 
-/// The request and the result of a collision query.
+/// The request and the result of a collision query. No search is needed if isSatisfied().
 template <typename S>
 struct CollisionQuery {
   const fcl::CollisionRequest<S>& request;
   fcl::CollisionResult<S>& result;
 
-  /// Whether the result needs no further search.
   bool isSatisfied() const { return request.isSatisfied(result); }
 };
 
-// FCL leaves the fields of a result that it does not compute uninitialised. Here they are NaN, so
-// that a mistaken use shows.
-
-/// Returns a point of NaN.
+/// Returns a point of NaN, for results that are not computed: this shows a mistaken use. FCL leaves
+/// such results uninitialised.
 template <typename S>
 fcl::Vector3<S> unsetPoint() {
   return fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN());

@@ -9,7 +9,7 @@
 namespace adaptive_bvh {
 namespace {
 
-// copyTo converts each component to the nearest float.
+// Converts each number to the nearest float.
 void copyTo(double from, float& to) { to = static_cast<float>(from); }
 void copyTo(const fcl::Vector3d& from, fcl::Vector3f& to) { to = from.cast<float>(); }
 void copyTo(const std::array<fcl::Vector3d, 2>& from, std::array<fcl::Vector3f, 2>& to) {
@@ -26,13 +26,12 @@ void copyDistances(const std::vector<double>& from, std::vector<float>& to) {
   for (std::size_t i = 0; i < from.size(); ++i) to[i] = distanceAs<float>(from[i]);
 }
 
-/// Returns the largest float that is at most `x`.
+/// Rounds down, or up, to single precision.
 float singleBelow(double x) {
   const auto rounded = static_cast<float>(x);
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   return static_cast<double>(rounded) > x ? std::nextafter(rounded, -kInfinity) : rounded;
 }
-/// Returns the smallest float that is at least `x`.
 float singleAbove(double x) { return -singleBelow(-x); }
 
 void copyTo(const ContactPatches<double>& from, ContactPatches<float>& to) {

@@ -66,9 +66,8 @@ void answerInDouble(std::vector<Result<float>>& results, const Query& query) {
   for (std::size_t i = 0; i < results.size(); ++i) narrow((*found)[i], results[i]);
 }
 
-/// Calls search(query) with a query in double precision. The search may lower the distance of the
-/// result and set triangles and points, but not the objects. If the distance is lower, the objects
-/// `o1` and `o2` are stored in the result.
+/// Calls search(query) in double precision, which may lower the distance of the result and set
+/// triangles and points. If the distance is lower, also stores the objects `o1` and `o2`.
 template <typename Search>
 void answerInDouble(const DistanceQuery<double>& query, const fcl::CollisionGeometryd* o1,
                     const fcl::CollisionGeometryd* o2, const Search& search) {
@@ -109,16 +108,13 @@ class ContactObject final : public fcl::CollisionGeometryd {
 /// Returns the request in double precision. Its maximum number of contacts is reduced by those that
 /// the result already has, because the query in double precision begins with an empty result.
 fcl::CollisionRequestd inDouble(const CollisionQuery<float>& query);
-/// Rounds the contacts and cost sources in `from`, and adds them to the result of `query`, with the
-/// objects `o1` and `o2`.
+/// Rounds contacts of `o1` and `o2` and cost sources, and adds them to the result of `query`.
 void addNarrowed(const fcl::CollisionResultd& from, const fcl::CollisionGeometryf* o1,
                  const fcl::CollisionGeometryf* o2, const CollisionQuery<float>& query);
-
 /// Returns a rounded contact, without its objects.
 fcl::Contactf narrowed(const fcl::Contactd& contact);
 
-/// Calls search(o1, o2, query) with objects and a query in double precision. The search adds
-/// contacts of the two objects to the result.
+/// Calls search(o1, o2, query) in double precision, which adds contacts of the objects to a result.
 template <typename Search>
 void answerInDouble(const CollisionQuery<double>& query, const fcl::CollisionGeometryd* o1,
                     const fcl::CollisionGeometryd* o2, const Search& search) {

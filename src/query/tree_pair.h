@@ -20,12 +20,10 @@
 // coordinates, which are below 2; the errors of this file are explained in docs/bounds.md, 13.
 namespace adaptive_bvh {
 
-/// Upper bound of the distance of two corners of a tree, in body units: differences of coordinates
-/// below 2 are below 4, and three of them sum up to less than this.
+/// Upper bound of the distance of two corners of a tree, in body units: three differences below 4.
 constexpr double kLongest = 12;
 
-/// Maps the second tree's coordinates to the first's if both are the same: the identity. Has the
-/// interface of RelativeFrame.
+/// The map of the second tree's coordinates to the first's if both are the same: the identity.
 class SameFrame {
  public:
   static constexpr bool kIsIdentity = true;
@@ -47,13 +45,11 @@ class SameFrame {
 };
 
 /// Maps the second tree's coordinates y2 to the first's, y = M y2 + t, in single precision. A box
-/// is mapped to the bounding box of its image, enlarged by the errors of both trees and of this
-/// computation.
+/// is mapped to the bounding box of its image, enlarged by the errors of both trees and of the map.
 class RelativeFrame {
  public:
   static constexpr bool kIsIdentity = false;
-  /// `to_first`: maps the second mesh's frame to the first's. The trees' coordinates relate to
-  /// their meshes' frames by BodyCoordinates.
+  /// `to_first`: maps the second mesh's frame to the first's.
   RelativeFrame(const WideTree& first, const WideTree& second, const RelativePlacement& to_first)
       : RelativeFrame(first.coordinates(), second.coordinates(), to_first) {}
   RelativeFrame(const BodyCoordinates& first, const BodyCoordinates& second,
@@ -79,22 +75,18 @@ class RelativeFrame {
     change_ = FrameChange(m_, t_, 2 * error_ + 16 * kUnit * (4 * ratio + t_sum));
   }
 
-  /// Whether boxes and points of both trees can be compared in single precision: the errors are
-  /// small enough, and so is the difference of the scales.
+  /// Whether single precision suffices to compare boxes and points of both trees.
   bool isPrecise() const { return is_precise_; }
-  /// Whether squared gaps of boxes are within the range of single precision, and empty boxes stay
-  /// far from all others.
+  /// Whether single precision has the range for squared gaps of boxes, also of empty ones.
   bool isInRange() const { return is_in_range_; }
-  /// Whether both trees have the same coordinates, up to a part of the margin of their boxes. Then
-  /// use same() instead.
+  /// Whether the coordinates are the same up to a part of the boxes' margin. Then use same().
   bool isSame() const { return deviation_ <= kUnit; }
   SameFrame same() const { return SameFrame(deviation_); }
   /// Error of a component of a position of either tree, in the first's body units.
   float error() const { return static_cast<float>(error_); }
   /// Error of a component that is computed in double precision from the mesh's own positions.
   float preciseError() const { return static_cast<float>(precise_error_); }
-  /// Upper bound of the distance of two corners of triangles whose boxes overlap, in the first's
-  /// body units.
+  /// Upper bound of the distance of two corners if boxes overlap, in the first's body units.
   double longest() const { return kLongest * largest_ratio_; }
 
   const FrameChange* change() const { return &change_; }
@@ -139,12 +131,10 @@ class TreePair {
 
   /// Cost of `align`, in tests of two boxes.
   long costOfAlignment() const {
-    return static_cast<long>(std::min(placed1_.mesh.numTriangles(), placed2_.mesh.numTriangles())) /
-           2;
+    return std::min(placed1_.mesh.numTriangles(), placed2_.mesh.numTriangles()) / 2;
   }
   /// Refits a copy of the tree with fewer triangles in the coordinates of the other. Does nothing
-  /// if both have the same coordinates already, or if the smaller tree's mesh does not fit in the
-  /// range of the larger one's coordinates, because its extent is much larger or it is far away.
+  /// if both have the same coordinates already, or if its mesh is outside of the other's range.
   void align() {
     if (frame_.isSame()) return;
     const bool is_first_smaller = placed1_.mesh.numTriangles() < placed2_.mesh.numTriangles();
@@ -244,12 +234,9 @@ struct PairInput {
   /// Returns the input of WideSearch. `frame`: SameFrame or RelativeFrame, which must outlive it.
   template <typename Frame>
   WideTrees trees(const Frame& frame) const {
-    return {tree1.nodes(),
-            tree2.nodes(),
-            tree1.depth() + tree2.depth(),
-            BoxFrame(frame.change(), distance * tree1.scale()),
-            &first == &second,
-            flat};
+    const BoxFrame boxes(frame.change(), distance * tree1.scale());
+    const int depth = tree1.depth() + tree2.depth();
+    return {tree1.nodes(), tree2.nodes(), depth, boxes, &first == &second, flat};
   }
   /// Returns the corners, in the first mesh's frame, of a triangle of the first or of the second
   /// mesh. `leaf_index`: its index in the order of the leaves of its tree.
@@ -263,8 +250,7 @@ struct PairInput {
   }
 };
 
-/// Aligns the trees if more than kPairsThatPay pairs of nodes are within `distance`: then the
-/// search is large enough for that to save time.
+/// Aligns the trees if so many pairs of nodes are within `distance` that this saves time.
 inline void alignIfNear(TreePair& trees, double distance) {
   constexpr int kPairsThatPay = 64;
   if (!trees.frame().isPrecise()) return;
@@ -289,8 +275,7 @@ inline bool areBallsFarther(const PlacedMesh& first, const PlacedMesh& second,
                             const RelativePlacement& to_first, double distance) {
   constexpr double kSlack = 1 + 1e-6;
   const auto &a = first.bounds(), &b = second.bounds();
-  const fcl::Vector3d center1 = a.aabb_center;
-  const double apart = (to_first(b.aabb_center) - center1).stableNorm();
+  const double apart = (to_first(b.aabb_center) - fcl::Vector3d(a.aabb_center)).stableNorm();
   const double radii = double(a.aabb_radius) + double(b.aabb_radius);
   return apart > (distance + radii) * kSlack + 1e-12 * to_first.T.norm();
 }

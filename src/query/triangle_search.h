@@ -22,7 +22,6 @@ class WalkTasks {
   explicit WalkTasks(const std::vector<NodePair>& pairs) : pairs_(pairs) {}
 
   int size() const { return kSize; }
-  /// Returns the pairs of nodes of a task.
   NodePairs operator[](int task) const {
     const auto beginOf = [&](int i) {
       return pairs_.data() + partBegin(static_cast<int>(pairs_.size()), kSize, i);
@@ -34,8 +33,7 @@ class WalkTasks {
   const std::vector<NodePair>& pairs_;
 };
 
-/// A search for pairs of triangles on one thread: a walk over boxes finds candidates, and `tests`
-/// tests them.
+/// A search on one thread: a walk over boxes finds candidates, pairs of triangles for the `tests`.
 ///
 ///   Tests(sink, input...)           constructor; the tests pass their results to the sink
 ///   tests.begin(), tests.finish()   called before and after each walk
@@ -63,8 +61,7 @@ class TriangleSearch final : private LeafSink {
     run({&roots, &roots + 1});
   }
   /// Expands the roots into at least WalkTasks::kSize pairs of nodes, in the order of a walk.
-  /// Returns false if one thread should run from the roots instead: the pool has only one thread, or
-  /// there are fewer pairs.
+  /// Returns false if one thread should run from the roots: there are fewer threads or pairs.
   bool splitRoots(const TaskPool& pool, std::vector<NodePair>& pairs) {
     if (pool.size() == 1) return false;
     pairs.assign(1, {0, 0});
@@ -73,7 +70,6 @@ class TriangleSearch final : private LeafSink {
   }
 
  private:
-  /// LeafSink: receives a batch of leaf pairs, and returns whether to stop.
   bool take(const LeavesFound* found, int count) override {
     for (int i = 0; i < count; ++i)
       tests_.foundLeaves(*found[i].first, *found[i].second, found[i].pairs);
@@ -84,8 +80,7 @@ class TriangleSearch final : private LeafSink {
   WideSearch walk_;
 };
 
-/// Memory for the workers of a query: one object for each slot of the pool, kept by the calling
-/// thread from query to query.
+/// Memory of a query's workers, one object for each slot of the pool. The calling thread keeps it.
 template <typename Memory>
 class WorkersMemory {
  public:
@@ -114,8 +109,7 @@ class SearchTasks {
     typename Worker::Mark from{}, to{};
   };
 
-  /// makeWorker(slot) returns a new worker in a std::unique_ptr, and is called on the worker's
-  /// thread.
+  /// makeWorker(slot), called on the worker's thread, returns a new worker in a std::unique_ptr.
   template <typename MakeWorker>
   void run(const TaskPool& pool, const WalkTasks& walks, const MakeWorker& makeWorker) {
     workers_.resize(static_cast<std::size_t>(pool.size()));

@@ -23,8 +23,7 @@ inline TrianglePair closeTriangles(const PairOfMeshes& meshes) {
   };
   const RelativeFrame& frame = trees.frame();
   Scratch<Pair> pairs{{0, 0, 0}}, below;
-  // Adds to `below` all pairs of a box i of pair.first and j of pair.second, numbered by firstOf(a,
-  // i) and secondOf(b, j).
+  // Adds the pairs of a box i of node a and j of node b, as firstOf(a, i), secondOf(b, j).
   const auto addBoxes = [&](const Pair& pair, const auto& firstOf, const auto& secondOf) {
     const WideNode &a = trees.first().nodes()[pair.first], &b = trees.second().nodes()[pair.second];
     const Boxes4 of_second = frame(b.boxes);

@@ -7,8 +7,7 @@ namespace adaptive_bvh {
 
 /// Returns the vertex of a mesh that is farthest along a direction, or nearly so: the best vertex
 /// in a bounded number of nodes, visited depth first, the box that extends farthest first. So the
-/// time hardly depends on the size of the mesh. `vertices`, `along` and the result are in the
-/// mesh's frame.
+/// time hardly depends on the size of the mesh. All arguments are in the mesh's frame.
 inline fcl::Vector3d farthestPoint(const WideTree& tree, const fcl::Vector3d* vertices,
                                    const fcl::Vector3d& along) {
   constexpr int kMostNodes = 48;

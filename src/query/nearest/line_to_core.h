@@ -19,8 +19,7 @@ namespace adaptive_bvh {
 /// view are the tree's, rotated so that axis 0 is the line. docs/bounds.md, 16.
 class LineToCore {
  public:
-  /// A box in the mesh's frame: its centre, and half its edge vectors as columns. A point by
-  /// default.
+  /// A box in the mesh's frame: its centre, and half its edge vectors as columns, 0 for a point.
   struct Core {
     fcl::Vector3d middle;
     fcl::Matrix3d sides = fcl::Matrix3d::Zero();
@@ -37,13 +36,11 @@ class LineToCore {
     scale_ = tree.scale();
     supports_.setPart(tree, near);
     supports_.compute(tree, mesh.vertices.data(), origin_, along);
-    // The view's axes as rows, in the tree's coordinates.
     axes_.row(0) = (to_body_ * along / scale_).transpose();
     axes_.row(1) = axes_.row(0).transpose().unitOrthogonal();
     axes_.row(2) = axes_.row(0).cross(axes_.row(1));
     change_ = FrameChange(axes_, fcl::Vector3d::Zero(), kMargin);
     front_ = supports_.largest();
-    // The core's centre and half extents in the view.
     const fcl::Vector3d middle = axes_ * (to_body_ * (core.middle - origin_)),
                         half = (axes_ * to_body_ * core.sides).cwiseAbs().rowwise().sum();
     const double rounded = kRounding * (middle.lpNorm<1>() + half.lpNorm<1>());
@@ -74,9 +71,8 @@ class LineToCore {
                      squares[i]);
     return float4::narrowed(key[0], key[1]);
   }
-  /// Returns a limit of keys, given the point of the mesh that is nearest so far: boxes that are
-  /// not farther have keys up to it. Only for a core that is a point on a line from the tree's
-  /// origin.
+  /// Returns a limit of keys, given the nearest point of the mesh so far: boxes that are not
+  /// farther have keys up to it. For a core that is a point on a line from the tree's origin.
   float limitOf(const fcl::Vector3d& point) const {
     const fcl::Vector3d x = axes_ * (to_body_ * (point - origin_));
     const double behind = scale_ * front_ - x[0], square = x[1] * x[1] + x[2] * x[2];
@@ -101,8 +97,7 @@ class LineToCore {
   static float roundedUp(double key) {
     return static_cast<float>(std::clamp(key * (1 + 0x1p-20), -1e38, 1e38));
   }
-  /// Rounds a coordinate up (`sign` 1) or down (-1). Coordinates beyond 1e18 are clamped: they are
-  /// far outside of the body.
+  /// Rounds a coordinate up (`sign` 1) or down (-1), and clamps it far outside of the body.
   static float roundedOutward(double x, double sign) {
     constexpr double kMost = 1e18;
     return static_cast<float>(std::clamp(x + sign * 0x1p-22 * std::abs(x), -kMost, kMost));
@@ -114,7 +109,7 @@ class LineToCore {
   static constexpr double kTies = 0x1p-78;             // more than PreciseSquare treats as a tie
 
   const WideNode* nodes_ = nullptr;
-  fcl::Matrix3d to_body_, axes_;
+  fcl::Matrix3d to_body_, axes_;  ///< WideTree::toBody; the view's axes as rows, in the tree
   fcl::Vector3d origin_;
   double scale_ = 1;
   double front_ = 0;  ///< position of the front along the line, in the mesh's unit

@@ -57,8 +57,7 @@ class LineView {
 
   /// Returns which boxes of two nodes may hold triangles nearer than the limit: bit 4 j + i for box
   /// i of the first and j of the second. Sets `keys` to lower bounds of their squared distances,
-  /// minus base_^2, times unit_: so they have digits for the differences of pairs. `supports`:
-  /// along the same line, or null.
+  /// minus base_^2, times unit_: so rounding hides little. `supports`: of this line, or null.
   ADAPTIVE_BVH_INLINE unsigned near(int first, int second, const LineSeparation* supports,
                                     Gaps4x4& keys) {
     using float4::widenedXy;
@@ -84,9 +83,8 @@ class LineView {
     }
     const Gaps4x4 across = {
         {squaredAcross<0>(), squaredAcross<1>(), squaredAcross<2>(), squaredAcross<3>()}};
-    // The distance along the line is base + behind, with the negative gap of fronts that overlap in
-    // `behind`. It is compared by (base + behind)^2 + square < limit^2, as a product of small
-    // numbers.
+    // The distance along the line is base + behind. Near are boxes with (base + behind)^2 + square
+    // < limit^2, that is square < (limit - base - behind) (limit + base + behind).
     const D base = packs::all(base_), limit = packs::all(limit_), room = packs::all(limit_ - base_),
             overlap = packs::all(std::min(gap_, 0.)), less = packs::all(1 - 0x1p-20),
             unit = packs::all(unit_);

@@ -143,9 +143,8 @@ void NearestPair::test(unsigned pairs, const TriangleBlock& block, double unit, 
   if (tied && !isDone()) testTied(tied, tested, leaf1, leaf2);
 }
 
-/// Calls notApart(bit) for each pair of triangles of two leaves that is separated by the limit
-/// neither along the line nor along a direction of TiedTriangles::apartNear, until the search is
-/// over. A direction that was chosen for one pair is tested for all pairs that are left.
+/// Calls notApart(bit) for each pair of two leaves that is separated by the limit neither along the
+/// line nor along a direction of TiedTriangles::apartNear, until the search is over.
 template <typename NotApart>
 void NearestPair::separate(unsigned pairs, const WideNode& leaf1, const WideNode& leaf2,
                            const NotApart& notApart) const {
@@ -197,8 +196,7 @@ void NearestPair::testPair(int bit, const WideNode& leaf1, const WideNode& leaf2
   lookAlong(gap, a, b);
 }
 
-/// Stops at the first vertex that extends too far along the line. Tests a sample of both meshes
-/// first, which often has such a vertex.
+/// Stops at the first vertex that extends too far. Tests a sample first, which often has one.
 bool NearestPair::areSeparated() {
   if (!isClear()) return false;
   constexpr std::size_t kSampleStride = 32;  // of the vertices that are tested first

@@ -28,11 +28,9 @@ class NearestPair {
   /// nothing if one of them does not exist.
   void addWitness(int triangle1, int triangle2);
 
-  /// Whether the search is over: the distance is at most `enough` (0 by default), or no pair can be
-  /// nearer.
+  /// Whether the search is over: no pair can be nearer, or one is near enough (stopAt).
   bool isDone() const { return result_.min_distance <= enough_ || lower_bound_ >= final_bound_; }
-  /// Raises the lower bound of the meshes' distance. Bounds are exact up to
-  /// DistanceRounding::ofSeparations.
+  /// Raises the lower bound of the distance. Its error is DistanceRounding::ofSeparations.
   void raiseLowerBound(double bound) { lower_bound_ = std::max(lower_bound_, bound); }
   const LocalBoxes& boxes() const { return boxes_; }
   /// Whether the line has been refined since it was set.
@@ -48,8 +46,7 @@ class NearestPair {
   /// Turns the line to the direction between the convex hulls of the meshes, if these are nearly as
   /// far apart as the nearest pair. Returns whether it did so.
   bool lookAlongHulls();
-  /// Pairs at this distance or farther do not matter: the distance so far, less the request's
-  /// tolerances.
+  /// Pairs at this distance or farther do not matter: the distance so far, less tolerances.
   double limit() const { return limit_; }
   /// The limit minus the rounding error of distances of triangles: pairs that are nearer by less
   /// than this error count as equally near, so that parallel faces are pruned. The limit itself if
@@ -65,9 +62,8 @@ class NearestPair {
   const TriangleSeparation& triangles() const { return triangles_; }
 
   /// Tests pairs of triangles of two leaves: bit 4 j + i of `pairs` for triangle i of the first
-  /// mesh's leaf and j of the second's. `block`: these triangles in single precision. `unit`: the
-  /// block's unit, and `error`: its error beyond what TriangleBlock allows for, in the meshes'
-  /// unit.
+  /// mesh's leaf and j of the second's. `block`: these triangles in single precision, in the unit
+  /// `unit`, with the `error` beyond what TriangleBlock allows for; both in the meshes' unit.
   void test(unsigned pairs, const TriangleBlock& block, double unit, double error,
             const WideNode& leaf1, const WideNode& leaf2);
 
@@ -75,8 +71,7 @@ class NearestPair {
   /// not decide whether they are nearer than the limit, but separations along normals in double
   /// precision could. Then calling `withoutTied` before `test` saves time for the next leaves.
   bool areMostlyTied() const { return mostly_tied_; }
-  /// Returns `pairs` without those that are separated by the limit along a normal or the line, in
-  /// double precision.
+  /// Returns the pairs that are not found separated by the limit in double precision.
   unsigned withoutTied(unsigned pairs, const WideNode& leaf1, const WideNode& leaf2);
 
   /// Whether the result has changed.
@@ -110,8 +105,7 @@ class NearestPair {
   double line_distance_ = 0;
   bool is_refined_ = true;
   double enough_ = 0;  ///< a distance that ends the search
-  bool improved_ = false;
-  bool mostly_tied_ = false;
+  bool improved_ = false, mostly_tied_ = false;
   long triangle_tests_ = 0;
 };
 

@@ -27,9 +27,8 @@ constexpr long kWholeBodyCost = 256;  // areSeparated, at least, and tryLineOfBo
 constexpr long kHullCost = 20000;     // tryLineOfHulls
 constexpr long kNever = std::numeric_limits<long>::max();
 
-/// Returns the number of box tests before tryLineOfBoxes. Zero if the bodies are so far apart that
-/// single precision hardly distinguishes boxes; kNever if they are near, because trees with the
-/// same coordinates are better there.
+/// Returns the number of box tests before tryLineOfBoxes: 0 if the bodies are so far apart that
+/// single precision hardly distinguishes boxes; kNever if they are near, where alignment is better.
 long testsBeforeView(const TreePair& trees) {
   constexpr double kNear = 32, kFar = 1 << 10;
   const double apart = trees.frame().t().template lpNorm<1>();
@@ -74,7 +73,7 @@ const Boxes4& NearestSearch::secondBoxes(int node) {
   return turned_;
 }
 
-/// Tests boxes in the view. Not inlined, which would slow down the searches without a view.
+/// Tests boxes in the view. Not inlined, because that would slow down searches without a view.
 unsigned NearestSearch::nearInView(int first, int second, const LineSeparation* supports,
                                    Gaps4x4& keys) {
   return view_.near(first, second, supports, keys);
@@ -114,9 +113,8 @@ void NearestSearch::setLimit() {
   if (has_supports_) supports_.setLimit(nearest_.limitWithinRounding());
 }
 
-/// Moves the nearest of all open pairs to the end of the stack. Used with a view and supports:
-/// among many nodes at nearly the same distance, depth-first order would get to the nearest one
-/// late.
+/// Moves the nearest of all open pairs to the end, with a view and supports: among many nodes at
+/// nearly the same distance, depth-first order would get to the nearest one late.
 void NearestSearch::moveNearestToEnd() {
   const auto isFarther = [](const Pair& a, const Pair& b) { return a.key > b.key; };
   while (heap_size_ < open_.size())
@@ -147,8 +145,7 @@ void NearestSearch::run() {
   }
 }
 
-/// Runs the steps that are due after this many box tests. Returns whether the search may now be
-/// over.
+/// Runs the steps that are due after this many box tests. Returns whether the search may be over.
 bool NearestSearch::runDueSteps() {
   const bool may_be_over = trySteps();
   next_step_ =
@@ -193,8 +190,7 @@ bool NearestSearch::refineLine() {
   return true;
 }
 
-/// Whether the bodies as a whole are as far apart as the nearest pair so far. Then the search is
-/// over.
+/// Whether the bodies as a whole are as far apart as the nearest pair, which ends the search.
 bool NearestSearch::areSeparated() {
   next_check_ = 2 * box_tests_;
   return nearest_.areSeparated();
@@ -248,10 +244,8 @@ long NearestSearch::setSupportParts() {
     return lanes;
   };
   const long cost = supports_.setParts(trees_.first(), near1, trees_.second(), near2);
-  const auto isLeftOut = [&](const Pair& pair) {
-    return !supports_.covers(pair.first, pair.second);
-  };
-  open_.erase(std::remove_if(open_.begin(), open_.end(), isLeftOut), open_.end());
+  const auto isOutside = [&](const Pair& p) { return !supports_.covers(p.first, p.second); };
+  open_.erase(std::remove_if(open_.begin(), open_.end(), isOutside), open_.end());
   heap_size_ = 0;
   has_next_ = false;
   return cost;
@@ -336,10 +330,10 @@ void NearestSearch::push(const Pair& pair, const Gaps4x4& keys, unsigned pairs) 
     for (int j = 0; j < int(b.count); ++j)
       if (pairs >> (4 * j) & 15) add(pair.first, b.below[j], packs::smallest(keys.row[j]));
   } else if (b.isLeaf()) {
-    const unsigned lanes = (pairs | pairs >> 4 | pairs >> 8 | pairs >> 12) & 15;
+    unsigned lanes = (pairs | pairs >> 4 | pairs >> 8 | pairs >> 12) & 15;
     const Float4 least = keys.least();
-    for (unsigned rest = lanes; rest; rest &= rest - 1) {
-      const int i = __builtin_ctz(rest);
+    for (; lanes; lanes &= lanes - 1) {
+      const int i = __builtin_ctz(lanes);
       add(a.below[i], pair.second, least[i]);
     }
   } else {
@@ -352,7 +346,7 @@ void NearestSearch::push(const Pair& pair, const Gaps4x4& keys, unsigned pairs) 
   has_next_ = true;
 }
 
-/// Tests the triangles `pairs` of two leaves.
+/// Tests the pairs of triangles `pairs` of two leaves.
 void NearestSearch::testLeaves(const Pair& pair, unsigned pairs) {
   pairs = blocks_.near(pair.first, pair.second, pairs, limit_ * trees_.first().scale());
   if (!pairs) return;

@@ -23,8 +23,7 @@ class LeafBlocks {
   LeafBlocks& operator=(const LeafBlocks&) = delete;
 
   /// Sets a direction from the first to the second mesh, of length 1 or zero, in the first tree's
-  /// coordinates; bounds then use the extents along it, too. Call this before the search, and again
-  /// after the trees were aligned.
+  /// coordinates, for further bounds. Call this before the search, and after trees were aligned.
   void lookAlong(const Vector4x3& direction) {
     direction_ = direction;
     side2_leaf_ = slab_leaf_ = -1;
@@ -35,15 +34,14 @@ class LeafBlocks {
   /// Returns the pairs of triangles in `pairs` that may be within `limit`, in the first tree's
   /// unit: those whose first triangle is within `limit` of a slab around the second leaf. On
   /// surfaces that lie along each other these are few, and a slab takes as long as testing two
-  /// pairs. Bit 4 j + i is triangle i of the first leaf and j of the second. `first`, `second`:
-  /// numbers of the leaves.
+  /// pairs. Bit 4 j + i is triangle i of the leaf `first` and j of the leaf `second`.
   unsigned near(int first, int second, unsigned pairs, double limit) {
     const RelativeFrame& frame = trees_.frame();
     if (!frame.isPrecise()) return pairs;
     Vector4x3 corners[3];
-    if (slab_of_ != second || slab_limit_ != limit) {
+    if (slab_leaf_ != second || slab_limit_ != limit) {
       const WideTree& tree = trees_.second();
-      slab_of_ = second;
+      slab_leaf_ = second;
       slab_limit_ = limit;
       gatherLeaf(tree.slots(), tree.positions(), tree.nodes()[second], corners);
       if (!frame.isSame())
@@ -55,7 +53,7 @@ class LeafBlocks {
     gatherLeaf(tree.slots(), tree.positions(), tree.nodes()[first], corners);
     return pairs & ~(0x1111 * slab_.apart(corners));
   }
-  /// Returns the block of two leaves, given by their node numbers. Valid until the next call.
+  /// Returns the block of two leaves. Valid until the next call.
   TriangleBlock operator()(int first, int second) {
     if (side2_leaf_ != second) readSecond(second);  // consecutive calls often share it
     readFirst(trees_.first().nodes()[first]);
@@ -113,8 +111,7 @@ class LeafBlocks {
   const PlacedMesh& placed2_;
   const TreePair& trees_;
   Vector4x3 direction_;
-  /// Map the second mesh's frame to the first tree's coordinates: y = M x + t.
-  fcl::Matrix3d from_second_;
+  fcl::Matrix3d from_second_;  ///< these two map the second mesh's frame to the first tree's
   fcl::Vector3d origin_of_second_;
   Triangles4 block1_, block2_;
   TriangleSides side1_, side2_;           ///< of block1_ and block2_
@@ -149,20 +146,16 @@ class BoxGaps {
 /// depth first and the nearest child pair first. At first, pairs of nodes are bounded by the gaps
 /// of their boxes. A search that takes long buys tighter bounds, each after a number of box tests
 /// that is in proportion to its cost (runDueSteps): a better line between the nearest points,
-/// aligned trees, supports (extents of nodes along that line), and for bodies far apart a view
-/// (LineView).
+/// aligned trees, supports (extents of nodes along that line), for bodies far apart a LineView.
 class NearestSearch {
  public:
-  /// `supports_first`: computes supports at once, instead of first waiting for their cost in box
-  /// tests. Lowers the distance in `nearest`.
+  /// Lowers the distance in `nearest`. `supports_first`: computes supports at once.
   NearestSearch(const PlacedMesh& first, const PlacedMesh& second, NearestPair& nearest,
                 bool supports_first = false);
 
-  /// Tests pairs of triangles until `nearest` has the nearest pair, or one that is near enough
-  /// (NearestPair::stopAt).
+  /// Searches until `nearest` has the nearest pair, or a pair near enough (NearestPair::stopAt).
   void run();
-  /// Whether supports separated many pairs of nodes. They will then probably do so in the next
-  /// step, too.
+  /// Whether supports separated many pairs of nodes, as they then will in a similar search.
   bool supportsPaid() const {
     return has_supports_ && apart_pairs_ * kPairsPerSeparation >= near_pairs_;
   }
@@ -173,9 +166,7 @@ class NearestSearch {
   /// A pair of nodes still to be searched, by their numbers.
   struct Pair {
     int first, second;
-    /// Increases with a lower bound of the distance: the squared gap of the boxes, or the key of
-    /// the view, if there is one.
-    float key;
+    float key;  ///< grows with the distance: the squared gap of the boxes, or the key of the view
   };
   struct Memory {
     std::vector<Pair> open;
@@ -198,7 +189,7 @@ class NearestSearch {
   bool tryLineOfHulls();
   long setSupportParts();
   // The boxes i of node `first` and j of node `second` that may be nearer than the limit, as bits
-  // 4 j + i. Set `keys` to the keys of these pairs of boxes (Pair::key).
+  // 4 j + i, and the keys of all pairs of boxes (Pair::key).
   [[gnu::noinline]] unsigned nearInView(int first, int second, const LineSeparation* supports,
                                         Gaps4x4& keys);
   ADAPTIVE_BVH_INLINE unsigned nearByBoxes(int first, int second, Gaps4x4& keys);
@@ -219,8 +210,7 @@ class NearestSearch {
   LeafBlocks blocks_;
   double limit_ = -1;    ///< nearest_.limit() when bounds were last set by it; -1 to set them again
   float key_limit_ = 0;  ///< pairs with this key, or a larger one, are not nearer than the limit
-  /// Direction between the nearest points so far, in the first tree's coordinates.
-  fcl::Vector3d direction_ = fcl::Vector3d::Zero();
+  fcl::Vector3d direction_ = fcl::Vector3d::Zero();  ///< of the line, in the first tree
   LineView view_;
   bool has_view_ = false, has_supports_ = false;  ///< whether view_ and supports_ are in use
   /// Whether the last visit added pairs. The nearest of them is the last of `open_`.
@@ -228,11 +218,9 @@ class NearestSearch {
   std::size_t heap_size_ = 0;  ///< the first pairs of `open_` that form a heap (moveNearestToEnd)
   /// For each step, the number of box tests after which it is due.
   long next_line_, next_view_, next_check_, next_hulls_, next_supports_, next_alignment_;
-  long next_step_ = 0;  ///< the smallest of these
-  /// Supports pay if they separate at least one of this many pairs.
-  static constexpr long kPairsPerSeparation = 8;
-  /// Pairs of nodes with near boxes since supports were computed, and those that supports
-  /// separated.
+  long next_step_ = 0;                            ///< the smallest of these
+  static constexpr long kPairsPerSeparation = 8;  ///< supports pay if they separate one of these
+  /// Pairs of nodes with near boxes since supports were computed; those that supports separated.
   long near_pairs_ = 0, apart_pairs_ = 0;
   int turned_node_ = -1;  ///< a node of the second tree
   Boxes4 turned_;         ///< its boxes in the first tree's coordinates

@@ -33,15 +33,13 @@ class Supports {
                const fcl::Vector3d& direction);
   /// Whether a node is in the part.
   bool covers(int node) const;
-  /// Returns the extents of the boxes of a node in the part. -infinity for an unused box, and for
-  /// one that is not near.
+  /// Returns the extents of a node's boxes: -infinity for a box that is unused or not near.
   const Four& operator[](int node) const { return extents_[static_cast<std::size_t>(node)]; }
   /// The largest extent in the whole part.
   double largest() const { return *std::max_element(extents_[0].lane, extents_[0].lane + 4); }
 
  private:
-  /// A piece of the part: a single node of a large subtree, or a small subtree. Nodes are numbered
-  /// in depth-first order.
+  /// A piece of the part: a single node, or a small subtree, whose nodes have consecutive numbers.
   struct Run {
     int begin, end;                    ///< range of node numbers
     unsigned lanes;                    ///< the boxes of the first node that may be near
@@ -82,11 +80,9 @@ class LineSeparation {
   const Supports::Four& extents2(int node) const { return second_[node]; }
   double extent1() const { return first_.largest(); }
   double extent2() const { return second_.largest(); }
-  /// Sets the limit for `apart`.
-  void setLimit(double distance) { room_ = offset_ - distance; }
+  void setLimit(double distance) { room_ = offset_ - distance; }  ///< for `apart`
 
-  /// Returns which boxes of two nodes hold triangles at least the limit apart: bit 4 j + i for box
-  /// i of the first and j of the second.
+  /// Returns which boxes i and j of two nodes are at least the limit apart, as bits 4 j + i.
   ADAPTIVE_BVH_INLINE unsigned apart(int first, int second) const {
     const double *const extent1 = first_[first].lane, *const extent2 = second_[second].lane;
     const Pack<double> boxes01 = packs::load(extent1), boxes23 = packs::load(extent1 + 2),

@@ -27,8 +27,7 @@ class TriangleSeparation {
     double offset = 0;  ///< position of `to` along the direction, relative to `from`
   };
 
-  /// Keeps pointers to the positions of both meshes. `to_first`: maps the second's frame to the
-  /// first's.
+  /// `to_first`: maps the second mesh's frame to the first's.
   TriangleSeparation(const Point* vertices1, const Point* vertices2,
                      const RelativePlacement& to_first)
       : vertices1_(vertices1), vertices2_(vertices2), to_first_(to_first) {}
@@ -72,10 +71,8 @@ class TriangleSeparation {
   /// distance; may be negative. Positions are relative to the line's point on their mesh, so that
   /// few digits are lost near these points, where accuracy matters.
   double separation(const VertexIndices& a, const VertexIndices& b) const {
-    const auto x1 = [&](unsigned v) -> double { return line_.along1.dot(first(v) - line_.from); };
-    const auto x2 = [&](unsigned v) -> double {
-      return line_.along2.dot(vertices2_[v] - line_.to);
-    };
+    const auto x1 = [&](auto v) -> double { return line_.along1.dot(first(v) - line_.from); };
+    const auto x2 = [&](auto v) -> double { return line_.along2.dot(vertices2_[v] - line_.to); };
     const double high1 = std::max(std::max(x1(a[0]), x1(a[1])), x1(a[2]));
     const double low2 = std::min(std::min(x2(b[0]), x2(b[1])), x2(b[2]));
     return low2 + line_.offset - high1;
@@ -106,10 +103,10 @@ class TriangleSeparation {
   Line line_;
 };
 
-/// Separations in double precision of the triangles of two leaves: for pairs that are tied, because
-/// single precision cannot decide whether they are nearer than a limit. One direction is tested for
-/// all pairs at once: where surfaces lie along each other, most pairs of two leaves are equally
-/// near and share their normals.
+/// Separations in double precision of pairs of triangles of two leaves, for pairs that are tied:
+/// single precision cannot decide whether they are nearer than a limit. Each direction is tested
+/// for all pairs: where surfaces lie along each other, most pairs are equally near and share
+/// normals.
 ///
 /// A pair is a bit: 4 j + i for triangle i of the first leaf and j of the second. Coordinates are
 /// those of the first mesh's frame, relative to a corner, so that few digits are lost.
@@ -117,8 +114,7 @@ class TiedTriangles {
  public:
   using Point = fcl::Vector3d;
 
-  /// Reads the triangles of `pairs`. first(i) and second(j) return the vertices of a leaf's
-  /// triangle.
+  /// first(i), second(j): vertices of a triangle of each leaf. Reads only the triangles of `pairs`.
   template <typename First, typename Second>
   TiedTriangles(const TriangleSeparation& triangles, unsigned pairs, const First& first,
                 const Second& second) {
@@ -151,7 +147,7 @@ class TiedTriangles {
     return apart & pairs;
   }
   /// Returns which of `pairs` are found to be at least `limit` apart. Tries directions for the pair
-  /// `bit` until that pair is apart: both normals, and the line between the centroids.
+  /// `bit` until that pair is apart: both normals, and three times the centroids' difference.
   unsigned apartNear(int bit, double limit, unsigned pairs) const {
     const int i = bit & 3, j = bit >> 2;
     unsigned apart = 0;
@@ -159,7 +155,6 @@ class TiedTriangles {
       apart |= apartAlong(along, limit, pairs);
       return apart >> bit & 1;
     };
-    // The difference of the corners' sums is three times that of the centroids.
     separates(first_.normal(i)) || separates(second_.normal(j)) ||
         separates(second_.cornerSum(j) - first_.cornerSum(i));
     return apart;

@@ -148,8 +148,7 @@ struct KnownProximity {
     if (!continues) near.reset();
     return continues;
   }
-  /// Records how far the meshes have moved since the last call. Discards the bound if that is not
-  /// known.
+  /// Records how far the meshes have moved since the last call. If unknown, discards the bound.
   void move(const Meshes& meshes) {
     const bool continues_updates = continuesUpdates(meshes);
     const bool continues_sum = rigid.moveTo(meshes.first, meshes.second);
@@ -180,8 +179,7 @@ struct KnownProximity {
     return may_last || !isFewEdges(meshes, distance);
   }
 
-  /// Returns whether there is a near pair. Tests the witness and two triangles that closeTriangles
-  /// finds before it searches.
+  /// Returns whether there is a near pair: the witness, that of closeTriangles, or any other.
   bool searchNear(const Meshes& meshes, double distance) {
     const double witness_distance = meshes.gap(witness).distance;
     if (witness_distance <= distance) return setNear(meshes, witness);
@@ -225,8 +223,7 @@ struct KnownProximity {
     ++searches;
     return setNear(meshes, witness);
   }
-  /// searchBound by searchAny. The bound is a larger distance if no pair is within that, else
-  /// `distance`.
+  /// searchBound by searchAny. The bound is a larger distance if no pair is within it.
   bool searchByBoxes(const Meshes& meshes, double distance) {
     const double witness_distance = meshes.gap(witness).distance;
     if (witness_distance <= distance) return setNear(meshes, witness);

@@ -23,7 +23,6 @@ struct Detail {
   fcl::Vector3d first, second;  ///< nearest points
   fcl::Vector3d coordinates, normal;
 
-  /// The details with the two features exchanged.
   Detail swapped() const { return {distance, second, first, coordinates, -normal}; }
 };
 
@@ -37,11 +36,10 @@ fcl::Vector3d directionOf(const fcl::Vector3d& v) {
 /// Features nearer than this times their largest coordinate count as touching: rounding may turn
 /// the line between their nearest points, so the normal is computed from the surfaces instead.
 constexpr double kTouching = 1e-8;
-/// Edges whose directions have a cross product shorter than this are parallel, and directions whose
-/// difference is shorter are the same.
+/// Edges are parallel, or directions equal, if their cross product or difference is shorter.
 constexpr double kParallel = 1e-8;
 
-/// Returns the largest absolute coordinate.
+/// Largest absolute coordinate.
 template <std::size_t kCount>
 double sizeOf(const std::array<fcl::Vector3d, kCount>& points) {
   double size = 0;
@@ -152,8 +150,7 @@ void requireFeatures(const FeaturePairs& pairs, const FeatureCounts& first,
   requireFeatures(pairs.edge_edge, "edge_edge", first.edges, second.edges);
 }
 
-/// Writes detailOf(pair) for each pair into the result. `tf`: maps the frame of the details to the
-/// world.
+/// Sets the result to detailOf(pair) of each pair. `tf`: maps the details' frame to the world.
 template <typename DetailOf>
 void writeDetails(int threads, const fcl::Transform3d& tf, const std::vector<FeaturePair>& pairs,
                   const DetailOf& detailOf, FeatureDetails<double>& result) {
@@ -169,8 +166,7 @@ void writeDetails(int threads, const fcl::Transform3d& tf, const std::vector<Fea
   });
 }
 
-/// Writes the details of pairs of all kinds. `to_first`: maps the second mesh's frame to the
-/// first's.
+/// Likewise for all kinds of pairs. `to_first`: maps the second mesh's frame to the first's.
 void writeDetails(const PlacedMesh& first, const MeshState& second,
                   const RelativePlacement& to_first, const FeaturePairs& pairs,
                   FeaturePairDetails<double>& result) {

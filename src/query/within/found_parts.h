@@ -9,12 +9,10 @@
 #include "base/scratch.h"
 #include "base/task_pool.h"
 
-// Long lists of pairs that a search finds: fast appending, and joining the parts of several
-// threads.
+// Long lists of found pairs: fast appending, and joining the parts of several threads.
 namespace adaptive_bvh {
 
-/// Enlarges the capacity more than fourfold: moving pairs costs more than memory that is never
-/// touched.
+/// Enlarges the capacity fourfold: copying pairs costs more than memory that is never touched.
 [[gnu::noinline]] inline void growPairs(std::vector<FeaturePair>& pairs) {
   constexpr std::size_t kFirst = 256;
   pairs.reserve(4 * pairs.capacity() + kFirst);
@@ -40,9 +38,9 @@ struct VectorPart {
   const T *begin, *end;
 };
 
-/// Sets `to` to the results of tasks, in their order, copied on all threads. partOf(task) returns
-/// the VectorPart of a task. `Found`: SearchTasks::Found. Does not clear `to` first: resizing a
-/// cleared vector would write zeros to all of it, on one thread.
+/// Sets `to` to the results of tasks, in their order; partOf(task) returns the VectorPart of a
+/// task. Does not clear `to`: resizing a cleared vector would write zeros to all of it, on one
+/// thread.
 template <typename T, typename Found, typename PartOf>
 void joinParts(const std::vector<Found>& tasks, const TaskPool& pool, std::vector<T>& to,
                const PartOf& partOf) {

@@ -6,9 +6,8 @@
 
 namespace adaptive_bvh {
 
-// The queries of proximity.h for placed meshes, in double precision. They throw
-// std::invalid_argument on pairs to ignore that are not sorted, and check nothing else. Results are
-// overwritten.
+// The queries of proximity.h for placed meshes, in double precision. Results are overwritten. They
+// throw std::invalid_argument on pairs to ignore that are not sorted, and check nothing else.
 
 /// Finds the pairs of triangles, one of each mesh, that are at most request.distance apart.
 void findPairsWithin(const PairOfMeshes& meshes, const ProximityRequest<double>& request,

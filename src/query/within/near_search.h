@@ -152,8 +152,7 @@ inline bool isFewEdges(const PairOfMeshes& meshes, double distance) {
   return distance <= kEdges * std::min(meanEdge(meshes.first.mesh), meanEdge(meshes.second.mesh));
 }
 
-/// Whether `compare` suits this distance: not if the distance is nearly 0, compared with the
-/// meshes.
+/// Whether `compare` suits this distance: not if it is nearly 0, compared with the meshes.
 inline bool canCompare(const PairOfMeshes& meshes, double distance) {
   constexpr double kNearlyZero = 1e-9;
   const auto size = meshes.first.bounds().aabb_radius + meshes.second.bounds().aabb_radius;
@@ -161,9 +160,8 @@ inline bool canCompare(const PairOfMeshes& meshes, double distance) {
 }
 
 /// Whether the distance of the meshes is at most `enough`, by a NearestSearch that ends as soon as
-/// this is known. If not, sets `lower_bound` to a lower bound of the distance: its initial value,
-/// or the distance if that is less. `witness`: a pair that may be near; becomes the nearest pair
-/// found.
+/// this is known. If not, lowers `lower_bound` to the distance, if that is less. `witness`: a pair
+/// that may be near; becomes the nearest pair found.
 inline bool compare(const PairOfMeshes& meshes, double enough, TrianglePair& witness,
                     double& lower_bound) {
   const fcl::DistanceRequestd request;

@@ -21,9 +21,8 @@
 namespace adaptive_bvh {
 namespace {
 
-/// A sink of WithinTests that writes the near features of near pairs of triangles into a result.
-/// Writes only features that the triangles own (FeatureOwners), so each pair of features occurs
-/// once.
+/// A sink of WithinTests that writes the near features of near triangles into a result: those that
+/// the triangles own (FeatureOwners), so each pair of features occurs once.
 class FeatureSink {
  public:
   using Result = FeaturePairs;
@@ -168,8 +167,7 @@ void collectOwnPairs(const PlacedMesh& placed, double distance, NeighbourFilter 
                      bool skips_flat, const MakeSink& makeSink) {
   const FlatPatches flat(placed.tree(), placed.mesh.topology->contours, distance);
   PairInput input(placed, filter, distance);
-  // At larger distances hardly any node is flat, because triangles must be higher than the
-  // distance.
+  // At larger distances hardly a node is flat: the heights of triangles must exceed the distance.
   if (skips_flat && distance < 0.7 * meanEdge(placed.mesh)) input.flat = &flat;
   auto sink = makeSink(input);
   collect(input, SameFrame(), sink);
@@ -218,8 +216,8 @@ bool isNearer(const PairOfMeshes& meshes, double distance) {
   if (areBallsFarther(meshes.first, meshes.second, meshes.to_first, distance)) return false;
   TrianglePair pair{0, 0};
   if (!isFewEdges(meshes, distance) && canCompare(meshes, distance)) {
-    double farther = distance;
-    return compare(meshes, distance, pair, farther);
+    double lower_bound = distance;  // not used
+    return compare(meshes, distance, pair, lower_bound);
   }
   return searchAny(meshes, distance, pair);
 }
@@ -265,9 +263,7 @@ template <typename S>
 std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                                const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
                                S distance, FeaturePairs& result) {
-  FeatureProximityRequest<S> request;
-  request.distance = distance;
-  return featurePairsWithin(first, tf1, second, tf2, request, result);
+  return featurePairsWithin(first, tf1, second, tf2, FeatureProximityRequest<S>{distance}, result);
 }
 
 template <typename S>
@@ -280,9 +276,7 @@ std::size_t featurePairsWithin(const DeformableMesh<S>& mesh,
 
 template <typename S>
 std::size_t featurePairsWithin(const DeformableMesh<S>& mesh, S distance, FeaturePairs& result) {
-  FeatureProximityRequest<S> request;
-  request.distance = distance;
-  return featurePairsWithin(mesh, request, result);
+  return featurePairsWithin(mesh, FeatureProximityRequest<S>{distance}, result);
 }
 
 template <typename S>

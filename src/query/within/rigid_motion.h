@@ -7,14 +7,13 @@
 
 namespace adaptive_bvh {
 
-/// The motion of the second of two meshes relative to the first by their transforms, without their
-/// deformation, summed over calls: an upper bound of the path of each point of the second mesh. The
-/// sum is rounded up, so that no step is lost, however small. It restarts at 0 if it is NaN, or so
-/// large that its rounding would exceed small steps. docs/bounds.md, 7.
+/// The motion of the second of two meshes relative to the first by their transforms, without
+/// deformation, summed over calls: an upper bound for each of its points. The sum is rounded up, so
+/// that no step is lost. It restarts at 0 if it is NaN, or so large that rounding would exceed
+/// small steps. docs/bounds.md, 7.
 class RigidMotion {
  public:
-  /// Adds the motion since the last call. Returns false if the sum restarts: it then no longer
-  /// relates to earlier values.
+  /// Adds the motion since the last call. Returns false if the sum restarts.
   bool moveTo(const PlacedMesh& first, const PlacedMesh& second) {
     const bool moved = first.tf.matrix() != tf1_.matrix() || second.tf.matrix() != tf2_.matrix();
     if (moved) sum_ = rounding::sum(sum_, step(first.tf, second.tf, second.bounds()));

@@ -14,10 +14,10 @@
 namespace adaptive_bvh {
 
 /// Finds the pairs of triangles within a distance ("near"), among those whose boxes, grown by the
-/// distance, overlap. The Tests of a TriangleSearch. Tests in single precision, several pairs at a
-/// time, find which pairs are certainly near or certainly apart: first by corners, for one triangle
-/// and the triangles of a leaf, or along separating axes (kByAxes); then, in batches, by edges and
-/// faces. The exact distance in double precision decides about the few pairs left.
+/// distance, overlap. The Tests of a TriangleSearch. In single precision, several pairs at a time,
+/// it finds pairs that are certainly near or apart: by corners, for one triangle and those of a
+/// leaf, or along separating axes (kByAxes); then, in batches, by edges and faces. The exact
+/// distance in double precision decides about the few pairs left.
 ///
 ///   sink.add(pair, gap)   takes a near pair, in the order in which pairs are found; `gap` may be
 ///                         null unless needsGap()
@@ -64,8 +64,7 @@ class WithinTests {
   static constexpr float kUp = 1 + 1.f / (1 << 20);  // for the rounding of the limit
   enum Verdict : std::uint8_t { kOpen, kNear, kApart };
 
-  /// Gathers the corners of a leaf, in the coordinates of the first tree, unless the last pair of
-  /// leaves had the same leaf.
+  /// Gathers the corners of a leaf, in the first tree's coordinates, if it is not the last one.
   ADAPTIVE_BVH_INLINE void readFirst(const WideNode& leaf) {
     if (&leaf == first_leaf_) return;
     first_leaf_ = &leaf;
@@ -100,9 +99,8 @@ class WithinTests {
   /// pairs are apart, and positions with residuals need no transformation.
   static constexpr bool kByAxes = Frame::kIsIdentity && Sink::kStopsAtFirst;
 
-  /// Returns `pairs` without those whose first triangle is certainly not near a slab around the
-  /// second leaf. The slab takes as long as testing two pairs, so a single pair is returned
-  /// untested.
+  /// Returns the pairs whose first triangle may be near a slab around the second leaf. Returns a
+  /// single pair untested, because the slab takes as long as testing two pairs.
   ADAPTIVE_BVH_INLINE unsigned nearSlab(const WideNode& a, const WideNode& b, unsigned pairs) {
     if (!(pairs & (pairs - 1))) return pairs;
     if (&b != second_leaf_) {
