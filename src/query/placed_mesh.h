@@ -62,8 +62,7 @@ struct CollisionQuery {
   bool isSatisfied() const { return request.isSatisfied(result); }
 };
 
-/// Returns a point of NaN, for results that are not computed: this shows a mistaken use. FCL leaves
-/// such results uninitialised.
+/// Returns a point of NaN, for results that FCL leaves uninitialised: a mistaken use shows.
 template <typename S>
 fcl::Vector3<S> unsetPoint() {
   return fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN());

@@ -1,3 +1,4 @@
+// Conversions of requests to double precision and of results to single precision.
 #include "query/single_precision.h"
 
 #include <algorithm>

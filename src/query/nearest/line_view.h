@@ -12,8 +12,8 @@ namespace adaptive_bvh {
 /// Lower bounds of the distances between nodes of two trees, by gaps along a line and across it.
 /// Each body is measured from its front: a plane across the line with the whole body behind it. The
 /// distance of the fronts is known in double precision, so single precision suffices for the boxes
-/// of bodies far apart. The coordinates of the view have axis 0 along the line, the first tree's
-/// unit, and for each body an origin of its own, `from` or `to`. docs/bounds.md, 18.
+/// of bodies far apart. The view's coordinates have axis 0 along the line, where each body has its
+/// own origin, `from` or `to`, and the first tree's unit. docs/bounds.md, 18.
 class LineView {
  public:
   /// `along`: direction from the first mesh to the second, of length 1, in the first mesh's frame.

@@ -58,7 +58,7 @@ class LocalBoxes {
   double extent2(const fcl::Vector3d& from, const fcl::Vector3d& along) const {
     return along.dot(corner(second_, along) - from);
   }
-  /// The direction from the first to the second box's nearest point, in the first's frame, or zero.
+  /// The direction between the boxes' nearest points, in the first's frame; zero if they touch.
   fcl::Vector3d line() const {
     return vectorBetween(
                to_first_, [&](const fcl::Vector3d& along) { return corner(first_, along); },

@@ -1,3 +1,5 @@
+// The tests of pairs of triangles in a distance search: bounds first, then the distance. "The line"
+// runs between the nearest points so far.
 #include "query/nearest/nearest_pair.h"
 
 #include "query/nearest/farthest_point.h"
@@ -6,8 +8,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Returns the rounding errors of distances of two meshes, with the second mesh's coordinates
-/// transformed to the first's frame by a translation T and a rotation.
+/// Returns the rounding errors of distances in the first's frame. `T`: translation of the second.
 DistanceRounding roundingOf(const fcl::Vector3d& T, const PlacedMesh& first,
                             const PlacedMesh& second) {
   const auto size = [](const PlacedMesh& mesh) -> double {

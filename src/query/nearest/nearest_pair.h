@@ -24,8 +24,7 @@ class NearestPair {
   /// Ends the search at the first pair whose distance is at most `enough`. For callers that only
   /// compare the distance with it. Call this before the search.
   void stopAt(double enough) { enough_ = enough; }
-  /// Uses the distance of two triangles, given by their indices, as a first upper bound. Does
-  /// nothing if one of them does not exist.
+  /// Uses the distance of two triangles as a first upper bound, if both indices exist.
   void addWitness(int triangle1, int triangle2);
 
   /// Whether the search is over: no pair can be nearer, or one is near enough (stopAt).
@@ -67,9 +66,8 @@ class NearestPair {
   void test(unsigned pairs, const TriangleBlock& block, double unit, double error,
             const WideNode& leaf1, const WideNode& leaf2);
 
-  /// Whether most pairs of the two leaves that were tested last were tied: single precision could
-  /// not decide whether they are nearer than the limit, but separations along normals in double
-  /// precision could. Then calling `withoutTied` before `test` saves time for the next leaves.
+  /// Whether most pairs of the two leaves tested last needed separations along normals in double
+  /// precision. Then calling `withoutTied`, which begins with these, before `test` saves time.
   bool areMostlyTied() const { return mostly_tied_; }
   /// Returns the pairs that are not found separated by the limit in double precision.
   unsigned withoutTied(unsigned pairs, const WideNode& leaf1, const WideNode& leaf2);

@@ -1,3 +1,6 @@
+// The search for the distance of two meshes: branch and bound on pairs of nodes of their trees.
+// Pairs have keys that grow with a lower bound of their distance: squared gaps of boxes, or keys of
+// the view, which measures far bodies along a line. Supports are extents of nodes along that line.
 #include "query/nearest/nearest_search.h"
 
 #include <algorithm>
@@ -228,9 +231,9 @@ void NearestSearch::tryLineOfBoxes() {
   setView(line, boxes.extent1(line.from, line.along1), boxes.extent2(line.to, -line.along2));
 }
 
-/// Chooses the parts of both trees that may be near the root of the other, for supports. Removes
-/// the open pairs outside of these parts, which are not nearer than the limit. Returns the cost of
-/// computing the supports, in box tests.
+/// Chooses the parts of both trees that may be near the root of the other, for supports, and
+/// removes the open pairs outside of them. Returns the cost of computing the supports, in box
+/// tests.
 long NearestSearch::setSupportParts() {
   Gaps4x4 keys;
   const auto near1 = [&](int node) -> unsigned {

@@ -1,3 +1,4 @@
+// Extents of the nodes of a tree along a direction, computed bottom-up from the vertices.
 #include "query/nearest/supports.h"
 
 #include <algorithm>

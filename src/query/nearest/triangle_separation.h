@@ -103,10 +103,9 @@ class TriangleSeparation {
   Line line_;
 };
 
-/// Separations in double precision of pairs of triangles of two leaves, for pairs that are tied:
-/// single precision cannot decide whether they are nearer than a limit. Each direction is tested
-/// for all pairs: where surfaces lie along each other, most pairs are equally near and share
-/// normals.
+/// Separations in double precision of pairs of triangles of two leaves that are tied: single
+/// precision cannot decide whether they are nearer than a limit. Tests each direction for all
+/// pairs: where surfaces lie along each other, most pairs are equally near and share normals.
 ///
 /// A pair is a bit: 4 j + i for triangle i of the first leaf and j of the second. Coordinates are
 /// those of the first mesh's frame, relative to a corner, so that few digits are lost.

@@ -160,9 +160,8 @@ struct KnownProximity {
     step = is_known && calls > 0 ? moved - before : 0;
     ++calls;
   }
-  /// Whether the bound proves that no pair is within `distance`: each pair may have come nearer by
-  /// as much as the meshes have moved. The sums of motion are rounded up; the last term exceeds the
-  /// rounding of their sum and difference.
+  /// Whether the bound proves that no pair is within `distance`: pairs have come nearer by at most
+  /// the motion since. The last term exceeds the rounding of the sum and difference of motions.
   bool isSurelyFarther(double distance) const {
     constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
     return bound >= 0 && bound > distance + (moved - moved_at_bound) + kRounding * (moved + bound);

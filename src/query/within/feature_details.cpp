@@ -33,8 +33,8 @@ fcl::Vector3d directionOf(const fcl::Vector3d& v) {
   return fcl::Vector3d(v / size).normalized();
 }
 
-/// Features nearer than this times their largest coordinate count as touching: rounding may turn
-/// the line between their nearest points, so the normal is computed from the surfaces instead.
+/// Features nearer than this times their largest coordinate count as touching: their normal is that
+/// of the surfaces, because rounding turns the line between so near points.
 constexpr double kTouching = 1e-8;
 /// Edges are parallel, or directions equal, if their cross product or difference is shorter.
 constexpr double kParallel = 1e-8;
@@ -132,8 +132,8 @@ FeatureCounts countsOf(const MeshState& mesh) {
   return {mesh.vertices.size(), triangles, 3 * triangles};
 }
 
-/// Throws std::invalid_argument if a pair names a feature that does not exist: the first of
-/// `count1` features, the second of `count2`.
+/// Throws std::invalid_argument unless all first numbers are below `count1`, all second ones below
+/// `count2`. `kind` names the list in the message.
 void requireFeatures(const std::vector<FeaturePair>& pairs, const char* kind, std::size_t count1,
                      std::size_t count2) {
   for (std::size_t i = 0; i < pairs.size(); ++i)
@@ -166,7 +166,7 @@ void writeDetails(int threads, const fcl::Transform3d& tf, const std::vector<Fea
   });
 }
 
-/// Likewise for all kinds of pairs. `to_first`: maps the second mesh's frame to the first's.
+/// The same for all kinds of pairs, if all exist. `to_first`: from the second mesh's frame.
 void writeDetails(const PlacedMesh& first, const MeshState& second,
                   const RelativePlacement& to_first, const FeaturePairs& pairs,
                   FeaturePairDetails<double>& result) {

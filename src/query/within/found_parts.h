@@ -19,8 +19,8 @@ namespace adaptive_bvh {
 }
 
 /// Appends a pair, for searches that find millions of them. Growth is a separate function, so that
-/// a pair costs little more than writing it. Writes both numbers in place: to read back a pair of
-/// two separate stores as a whole would stall the processor.
+/// a pair costs little more than writing it. Writes both numbers in place, because copying
+/// as a whole a pair that was just written in parts stalls the processor.
 ADAPTIVE_BVH_INLINE void appendPair(unsigned first, unsigned second,
                                     std::vector<FeaturePair>& pairs) {
   if (pairs.size() == pairs.capacity()) growPairs(pairs);
@@ -38,9 +38,8 @@ struct VectorPart {
   const T *begin, *end;
 };
 
-/// Sets `to` to the results of tasks, in their order; partOf(task) returns the VectorPart of a
-/// task. Does not clear `to`: resizing a cleared vector would write zeros to all of it, on one
-/// thread.
+/// Sets `to` to the results of tasks, in their order. partOf(task): the VectorPart of a task. Does
+/// not clear `to`, because resizing a cleared vector writes zeros to all of it, on one thread.
 template <typename T, typename Found, typename PartOf>
 void joinParts(const std::vector<Found>& tasks, const TaskPool& pool, std::vector<T>& to,
                const PartOf& partOf) {

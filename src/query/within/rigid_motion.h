@@ -9,8 +9,7 @@ namespace adaptive_bvh {
 
 /// The motion of the second of two meshes relative to the first by their transforms, without
 /// deformation, summed over calls: an upper bound for each of its points. The sum is rounded up, so
-/// that no step is lost. It restarts at 0 if it is NaN, or so large that rounding would exceed
-/// small steps. docs/bounds.md, 7.
+/// that no step is lost. Restarts at 0 if NaN, or too large to add small steps. docs/bounds.md, 7.
 class RigidMotion {
  public:
   /// Adds the motion since the last call. Returns false if the sum restarts.
@@ -31,8 +30,7 @@ class RigidMotion {
   /// Returns an upper bound of the motion of a vertex since the last call. Let p be its position
   /// now, X and X' the relative transforms then and now, and c the centre of the local AABB. Then
   /// |X' p - X p| <= |(R' - R) c + T' - T| + |R' - R| |p - c|. The Frobenius norm bounds the
-  /// spectral norm. The last summand covers the rounding of the query's own relative transforms,
-  /// which have an error of a few epsilon of the numbers that they are computed from.
+  /// spectral norm. The last summand covers the rounding of the query's own relative transforms.
   double step(const fcl::Transform3d& tf1, const fcl::Transform3d& tf2,
               const LocalBounds<double>& second) const {
     const Eigen::Isometry3d last = relative(tf1_, tf2_), now = relative(tf1, tf2);
