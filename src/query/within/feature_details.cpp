@@ -166,7 +166,7 @@ void writeDetails(int threads, const fcl::Transform3d& tf, const std::vector<Fea
   });
 }
 
-/// The same for all kinds of pairs, if all exist. `to_first`: from the second mesh's frame.
+/// The same for pairs of all kinds; throws unless all exist. `to_first`: from the second's frame.
 void writeDetails(const PlacedMesh& first, const MeshState& second,
                   const RelativePlacement& to_first, const FeaturePairs& pairs,
                   FeaturePairDetails<double>& result) {
