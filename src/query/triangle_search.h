@@ -33,7 +33,7 @@ class WalkTasks {
   const std::vector<NodePair>& pairs_;
 };
 
-/// A search on one thread: a walk over boxes finds candidates, pairs of triangles for the `tests`.
+/// A search on one thread: a walk over boxes finds pairs of leaves, for tests of their triangles.
 ///
 ///   Tests(sink, input...)           constructor; the tests pass their results to the sink
 ///   tests.begin(), tests.finish()   called before and after each walk
@@ -61,7 +61,7 @@ class TriangleSearch final : private LeafSink {
     run({&roots, &roots + 1});
   }
   /// Expands the roots into at least WalkTasks::kSize pairs of nodes, in the order of a walk.
-  /// Returns false if one thread should run from the roots: there are fewer threads or pairs.
+  /// Returns false if there are fewer, or the pool has one thread: then use runFromRoots.
   bool splitRoots(const TaskPool& pool, std::vector<NodePair>& pairs) {
     if (pool.size() == 1) return false;
     pairs.assign(1, {0, 0});

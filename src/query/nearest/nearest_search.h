@@ -111,7 +111,7 @@ class LeafBlocks {
   const PlacedMesh& placed2_;
   const TreePair& trees_;
   Vector4x3 direction_;
-  fcl::Matrix3d from_second_;  ///< these two map the second mesh's frame to the first tree's
+  fcl::Matrix3d from_second_;  ///< these two map the second mesh's frame to the first tree
   fcl::Vector3d origin_of_second_;
   Triangles4 block1_, block2_;
   TriangleSides side1_, side2_;           ///< of block1_ and block2_
@@ -219,7 +219,7 @@ class NearestSearch {
   /// For each step, the number of box tests after which it is due.
   long next_line_, next_view_, next_check_, next_hulls_, next_supports_, next_alignment_;
   long next_step_ = 0;                            ///< the smallest of these
-  static constexpr long kPairsPerSeparation = 8;  ///< supports pay if they separate one of these
+  static constexpr long kPairsPerSeparation = 8;  ///< supports pay if they separate 1 of 8 pairs
   /// Pairs of nodes with near boxes since supports were computed; those that supports separated.
   long near_pairs_ = 0, apart_pairs_ = 0;
   int turned_node_ = -1;  ///< a node of the second tree
