@@ -14,10 +14,9 @@
 #include "query/placed_mesh.h"
 #include "triangles/triangle_gap.h"
 
-// Two meshes, or one mesh with itself, as the input of a query: how the coordinates of one tree
-// relate to those of the other (SameFrame, RelativeFrame), trees that can be aligned (TreePair),
-// and the meshes with their poses (PairOfMeshes, PairInput). Body units are those of a tree's
-// coordinates, which are below 2; the errors of this file are explained in docs/bounds.md, 13.
+// Two meshes, or one with itself, as the input of a query: the map between their trees' coordinates
+// (SameFrame, RelativeFrame), aligned trees (TreePair), meshes and poses (PairOfMeshes, PairInput).
+// Body units are those of a tree's coordinates, which are below 2. Errors: docs/bounds.md, 13.
 namespace adaptive_bvh {
 
 /// Upper bound of the distance of two corners of a tree, in body units: three differences below 4.
@@ -234,9 +233,12 @@ struct PairInput {
   /// Returns the input of WideSearch. `frame`: SameFrame or RelativeFrame, which must outlive it.
   template <typename Frame>
   WideTrees trees(const Frame& frame) const {
-    const BoxFrame boxes(frame.change(), distance * tree1.scale());
-    const int depth = tree1.depth() + tree2.depth();
-    return {tree1.nodes(), tree2.nodes(), depth, boxes, &first == &second, flat};
+    return {tree1.nodes(),
+            tree2.nodes(),
+            tree1.depth() + tree2.depth(),
+            BoxFrame(frame.change(), distance * tree1.scale()),
+            &first == &second,
+            flat};
   }
   /// Returns the corners, in the first mesh's frame, of a triangle of the first or of the second
   /// mesh. `leaf_index`: its index in the order of the leaves of its tree.

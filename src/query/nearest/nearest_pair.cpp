@@ -1,5 +1,4 @@
-// The tests of pairs of triangles in a distance search: bounds first, then the distance. "The line"
-// runs between the nearest points so far.
+// The tests of pairs of triangles in a distance search, first along the line of the nearest points.
 #include "query/nearest/nearest_pair.h"
 
 #include "query/nearest/farthest_point.h"

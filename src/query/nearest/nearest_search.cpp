@@ -232,8 +232,7 @@ void NearestSearch::tryLineOfBoxes() {
 }
 
 /// Chooses the parts of both trees that may be near the root of the other, for supports, and
-/// removes the open pairs outside of them. Returns the cost of computing the supports, in box
-/// tests.
+/// removes the open pairs outside of them. Returns the cost of the supports, in box tests.
 long NearestSearch::setSupportParts() {
   Gaps4x4 keys;
   const auto near1 = [&](int node) -> unsigned {

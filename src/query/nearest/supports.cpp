@@ -63,17 +63,17 @@ bool Supports::covers(int node) const {
 /// Computes the extents of a node from its vertices or children.
 inline void Supports::computeNode(const WideTree& tree, int number) {
   const WideNode& node = tree.nodes()[number];
-  double* const extent = extents_[static_cast<std::size_t>(number)].lane;
+  Four& extent = extents_[static_cast<std::size_t>(number)];
   for (int i = 0; i < 4; ++i) {
     if (i >= int(node.count)) {
-      extent[i] = kNoExtent;
+      extent.lane[i] = kNoExtent;
     } else if (node.isLeaf()) {
       const VertexIndices slots = tree.slots().slotsOf(std::size_t(node.first) + std::size_t(i));
-      extent[i] = std::max(std::max(slot_extents_[slots[0]], slot_extents_[slots[1]]),
-                           slot_extents_[slots[2]]);
+      extent.lane[i] = std::max(std::max(slot_extents_[slots[0]], slot_extents_[slots[1]]),
+                                slot_extents_[slots[2]]);
     } else {
       const double* const below = extents_[static_cast<std::size_t>(node.below[i])].lane;
-      extent[i] = std::max(std::max(below[0], below[1]), std::max(below[2], below[3]));
+      extent.lane[i] = std::max(std::max(below[0], below[1]), std::max(below[2], below[3]));
     }
   }
 }

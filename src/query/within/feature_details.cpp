@@ -132,8 +132,7 @@ FeatureCounts countsOf(const MeshState& mesh) {
   return {mesh.vertices.size(), triangles, 3 * triangles};
 }
 
-/// Throws std::invalid_argument unless all first numbers are below `count1`, all second ones below
-/// `count2`. `kind` names the list in the message.
+/// Throws std::invalid_argument unless all numbers exist: are below `count1` and below `count2`.
 void requireFeatures(const std::vector<FeaturePair>& pairs, const char* kind, std::size_t count1,
                      std::size_t count2) {
   for (std::size_t i = 0; i < pairs.size(); ++i)

@@ -153,13 +153,15 @@ class WithinTests {
     }
     for (int i = count; i % 4; ++i) open[i] = open[count - 1];
     for (int i = 0; i < count; i += 4) {
-      const LeafIndexPair group[4] = {pairs_[open[i]], pairs_[open[i + 1]], pairs_[open[i + 2]],
-                                      pairs_[open[i + 3]]};
-      const Nearness4 nearness = distances(group).byFeatures(limit_);
-      for (int k = 0; k < 4; ++k)
-        verdicts_[open[i + k]] = static_cast<std::uint8_t>((nearness.near >> k & 1) * kNear +
-                                                           (nearness.apart >> k & 1) * kApart);
+      const std::array<int, 4> at = {open[i], open[i + 1], open[i + 2], open[i + 3]};
+      const LeafIndexPair group[4] = {pairs_[at[0]], pairs_[at[1]], pairs_[at[2]], pairs_[at[3]]};
+      setVerdicts(distances(group).byFeatures(limit_), at);
     }
+  }
+  ADAPTIVE_BVH_INLINE void setVerdicts(const Nearness4& nearness, const std::array<int, 4>& at) {
+    for (std::size_t k = 0; k < 4; ++k)
+      verdicts_[at[k]] = static_cast<std::uint8_t>((nearness.near >> k & 1) * kNear +
+                                                   (nearness.apart >> k & 1) * kApart);
   }
 
   /// Passes a pair with this verdict to the sink if it is near. Decides about open pairs exactly.
@@ -189,8 +191,7 @@ class WithinTests {
   TriangleDistances4::Seen first_;                                 ///< triangles of first_leaf_
   Vector4x3 second_[3];                                            ///< corners of second_leaf_
   LeafSlab slab_;                                                  ///< around them; with kByAxes
-  /// The batch: pairs and their verdicts, and their number.
-  LeafIndexPair pairs_[Sink::kBatch + 1];
+  LeafIndexPair pairs_[Sink::kBatch + 1];                          ///< the batch, of `size_` pairs
   std::uint8_t verdicts_[Sink::kBatch];
   int size_ = 0;
   int batch_ = Sink::kStopsAtFirst ? kFirstBatch : Sink::kBatch;  ///< pairs tested together
