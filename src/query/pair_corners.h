@@ -5,35 +5,40 @@
 #include "triangles/triangle_contact.h"
 #include "triangles/triangle_pairs.h"
 
+// Loads the corners of pairs of triangles for the tests that run several pairs at once, and bounds
+// the errors of these corners. "Body units" are those of a tree's coordinates (BodyCoordinates).
 namespace adaptive_bvh {
 
-/// Returns a bound of the error by underflow in products of two to four lengths, in body units. It
-/// covers FCL's products, which are in the model's unit (a length there, times `scale`, is in body
-/// units), and those of TrianglePairs4. `longest`: upper bound of all lengths, in body units.
+/// Returns a bound of what underflow takes off a product of two to four lengths, in body units: for
+/// FCL's products, in double precision and in the model's unit, and for those of TrianglePairs4, in
+/// single precision and in body units. `scale` converts a length from the model's unit to body
+/// units. `longest`: upper bound of all lengths, in body units. docs/bounds.md, 13, Underflow.
 inline float leastProduct(double scale, double longest) {
-  const auto lost = [&](double smallest, double unit) {
+  const auto underflow = [&](double smallest_normal, double unit) {
     const double square = unit * unit;
-    return 64 * smallest * square * (square + unit * longest + longest * longest);
+    return 64 * smallest_normal * square * (square + unit * longest + longest * longest);
   };
-  return static_cast<float>(lost(std::numeric_limits<double>::min(), scale) +
-                            lost(double(std::numeric_limits<float>::min()), 1));
+  return static_cast<float>(underflow(std::numeric_limits<double>::min(), scale) +
+                            underflow(double(std::numeric_limits<float>::min()), 1));
 }
 
-/// Error of a difference of coordinates along any axes, as a share of the pair's extent.
+/// PairError::share: rounding error of a difference of two corners in double precision, along any
+/// axes, relative to the extent of the pair.
 constexpr float kDifferenceError = 2 * std::numeric_limits<double>::epsilon();
 
-/// Builds four pairs of triangles from the model's own positions, by the differences of coordinates
-/// that FCL's test also uses.
+/// Builds four pairs of triangles from the model's own positions. Like FCL's test, it subtracts
+/// corners in double precision; only the differences are rounded to single precision.
 class TriangleDifferences {
  public:
-  /// `scale`: a power of two; factor from the lengths of the corners to those of the pairs.
+  /// `scale`: a power of two, by which differences are multiplied (BodyCoordinates::scale).
   explicit TriangleDifferences(double scale) : scale_(scale) {}
 
+  /// Sets the pair of one lane: triangles p and q in one frame.
   ADAPTIVE_BVH_INLINE void set(int lane, const TrianglePoints<double>& p,
                                TrianglePoints<double> q) {
     for (std::size_t c = 0; c < 3; ++c) q[c] -= p[0];
     const fcl::Vector3d p1 = p[1] - p[0], p2 = p[2] - p[0];
-    set(kPEdges + 0, lane, p1);
+    set(kPEdges, lane, p1);
     set(kPEdges + 1, lane, p2 - p1);
     set(kPEdges + 2, lane, -p2);
     for (std::size_t c = 0; c < 3; ++c) {
@@ -53,52 +58,54 @@ class TriangleDifferences {
   }
 
  private:
-  static constexpr std::size_t kPEdges = 0, kQEdges = 3, kQCorners = 6;
+  static constexpr std::size_t kPEdges = 0, kQEdges = 3, kQCorners = 6;  // first of three indices
 
-  ADAPTIVE_BVH_INLINE void set(std::size_t which, int lane, const fcl::Vector3d& v) {
-    vectors_[which][lane] =
+  ADAPTIVE_BVH_INLINE void set(std::size_t index, int lane, const fcl::Vector3d& v) {
+    vectors_[index][lane] =
         Float4{static_cast<float>(v[0] * scale_), static_cast<float>(v[1] * scale_),
                static_cast<float>(v[2] * scale_), 0};
   }
-  ADAPTIVE_BVH_INLINE Vector4x3 get(std::size_t which) const {
-    const Float4(&v)[4] = vectors_[which];
+  ADAPTIVE_BVH_INLINE Vector4x3 get(std::size_t index) const {
+    const Float4(&v)[4] = vectors_[index];
     return float4::columns(v[0], v[1], v[2], v[3]);
   }
 
   const double scale_;
-  Float4 vectors_[9][4];
+  Float4 vectors_[9][4];  ///< by index and lane
 };
 
-/// Errors of corners: of their positions alone (`coarse`), and of positions with residuals or of
-/// the model's own positions (`fine`).
+/// Errors of the corners of pairs of triangles.
 struct PairErrors {
-  PairError coarse, fine;
+  PairError coarse;  ///< for the trees' positions alone
+  PairError fine;    ///< for positions with residuals, and for the model's own positions
 };
-/// `frame` as in WideSearch, with the scale of the first tree; `distance`: beyond it pairs are
-/// apart.
+/// Returns the errors of pairs of two trees. `frame`: SameFrame or RelativeFrame; `scale`: that of
+/// the first tree; `distance`: pairs farther apart than this count as apart, in body units.
 template <typename Frame>
 PairErrors pairErrors(const Frame& frame, double scale, float distance) {
-  const float share = kDifferenceError, least = leastProduct(scale, frame.longest());
-  return {{frame.error(), share, least, distance}, {frame.preciseError(), share, least, distance}};
+  const float least = leastProduct(scale, frame.longest());
+  return {{frame.error(), kDifferenceError, least, distance},
+          {frame.preciseError(), kDifferenceError, least, distance}};
 }
 
-/// Returns the corners of a pair of trees that have the same coordinates. `in`: PairInput.
+/// Returns the corners of the two trees of `in`, a PairInput. They must have the same coordinates.
 template <typename Input>
 PairSource sourceOf(const Input& in) {
-  const auto of = [](const WideTree& tree) -> CornerSource {
+  const auto cornersOf = [](const WideTree& tree) -> CornerSource {
     return {tree.slots().leafSlots(), tree.positions(), tree.residuals()};
   };
-  return {of(in.tree1), of(in.tree2)};
+  return {cornersOf(in.tree1), cornersOf(in.tree2)};
 }
-/// Keeps the pairs that are not certainly separated along a normal, or along a direction
-/// perpendicular to a normal and an edge. Returns their number.
+/// Removes the pairs that are certainly separated along a normal of a triangle, or along a
+/// direction perpendicular to a normal and an edge. Returns the number of the others.
 inline int keepByNormals(const PairSource& from, LeafIndexPair* pairs, int size,
                          const PairErrors& errors) {
   size = pairTests().keepByPlanes(from, pairs, size, errors.coarse);
   return pairTests().keepByNormals(from, pairs, size, errors.fine);
 }
 
-/// Gathers the corners of a leaf's triangles. Lanes without a triangle repeat the first one.
+/// Sets corners[c] to corner c of a leaf's four triangles. `positions`: positions or residuals of
+/// the leaf's tree, by slot. Lanes without a triangle repeat the first triangle.
 ADAPTIVE_BVH_INLINE void gatherLeaf(const VertexSlots& slots, const Float4* positions,
                                     const WideNode& leaf, Vector4x3 (&corners)[3]) {
   std::array<unsigned, 4> triangles;
@@ -107,8 +114,8 @@ ADAPTIVE_BVH_INLINE void gatherLeaf(const VertexSlots& slots, const Float4* posi
   gatherCorners(slots, positions, triangles, corners);
 }
 
-/// Gathers the corners of four pairs of triangles, in the coordinates of the first tree. `in`:
-/// PairInput; `frame`: SameFrame or RelativeFrame.
+/// Sets p[c] and q[c] to corner c of the first and of the second triangle of four pairs, in the
+/// first tree's coordinates. `in`: PairInput; `frame`: SameFrame or RelativeFrame.
 template <typename Input, typename Frame>
 ADAPTIVE_BVH_INLINE void gatherCorners(const Input& in, const Frame& frame,
                                        const LeafIndexPair (&group)[4], Vector4x3 (&p)[3],
@@ -120,8 +127,7 @@ ADAPTIVE_BVH_INLINE void gatherCorners(const Input& in, const Frame& frame,
   for (Vector4x3& corner : q) corner = frame(corner);
 }
 
-/// Fills the last group of four by repeating the last pair. `pairs` needs room for three more
-/// pairs.
+/// Appends copies of the last of `size` pairs up to a multiple of four. Needs room for three more.
 ADAPTIVE_BVH_INLINE void padToFour(LeafIndexPair* pairs, int size) {
   for (int i = size; i % 4; ++i) pairs[i] = pairs[size - 1];
 }

@@ -9,18 +9,19 @@
 #include "adaptive_bvh/self_collision.h"
 #include "boxes/wide_tree.h"
 
-// Pairs that a query leaves out.
+// Filters for the pairs that a query has found: pairs that the caller ignores (IgnoredPairs), and
+// neighbouring triangles of one mesh (NeighbourFilter).
 namespace adaptive_bvh {
 
-/// Throws std::invalid_argument when the list is not sorted.
+/// Throws std::invalid_argument if the list of pairs is not sorted.
 inline void requireSorted(const IgnoredPairs& pairs) {
   if (pairs.list && !std::is_sorted(pairs.list->begin(), pairs.list->end()))
     throw std::invalid_argument(
         "adaptive_bvh: the list of pairs to ignore is not sorted by first and second number");
 }
 
-/// Checks the list of a query of one mesh with itself. Also throws when a pair has the larger
-/// number first, because such a pair would leave nothing out.
+/// Like requireSorted, for a query of one mesh with itself: also throws if a pair has the larger
+/// number first. Results have the smaller number first, so such a pair would match nothing.
 inline void requireSortedOfSelf(const IgnoredPairs& pairs) {
   requireSorted(pairs);
   if (!pairs.list) return;
@@ -31,47 +32,48 @@ inline void requireSortedOfSelf(const IgnoredPairs& pairs) {
                                   "); within one mesh the smaller number comes first");
 }
 
-/// Whether a pair is to be left out.
+/// Whether the list, which must be sorted, or the function of `pairs` has the pair (first, second).
 inline bool isIgnored(const IgnoredPairs& pairs, unsigned first, unsigned second) {
   const FeaturePair pair{first, second};
   return (pairs.list && std::binary_search(pairs.list->begin(), pairs.list->end(), pair)) ||
          (pairs.test && pairs.test(first, second));
 }
 
-/// Returns the vertices of a leaf's triangles: for each of the three corners, a lane for each
-/// triangle. Lanes without a triangle repeat the first one.
+/// Returns the vertex indices of a leaf's triangles: element c, lane i is corner c of triangle i.
+/// Lanes without a triangle repeat the first triangle.
 ADAPTIVE_BVH_INLINE std::array<Int4, 3> verticesOf(const WideTree& tree, const WideNode& leaf) {
-  Float4 of[4];  // integers; only their bits are moved
+  Float4 rows[4];  // triangle i's indices; float4::columns transposes their bits unchanged
   for (int i = 0; i < 4; ++i)
-    __builtin_memcpy(&of[i], &tree.corners(unsigned(leaf.first + (i < leaf.count ? i : 0))),
-                     sizeof(of[i]));
-  const Vector4x3 columns = float4::columns(of[0], of[1], of[2], of[3]);
+    __builtin_memcpy(&rows[i], &tree.corners(unsigned(leaf.first + (i < leaf.count ? i : 0))),
+                     sizeof(rows[i]));
+  const Vector4x3 columns = float4::columns(rows[0], rows[1], rows[2], rows[3]);
   std::array<Int4, 3> vertices;
   __builtin_memcpy(vertices.data(), &columns, sizeof(vertices));
   return vertices;
 }
 
-/// Removes the pairs of triangles with more common vertices than the filter allows. `pairs` has a
-/// bit for each pair (4 j + i: triangle i of leaf `a`, triangle j of leaf `b`). A vertex that a
-/// triangle repeats counts once. Keeps all pairs for BeyondShared, which needs more than indices
-/// (meetBeyondShared).
+/// Returns `pairs` without the pairs of triangles that have more common vertices than the filter
+/// allows. Bit 4 j + i stands for triangle i of leaf `a` and triangle j of leaf `b`. A vertex that
+/// a triangle repeats counts once. Returns all pairs for BeyondShared: that filter needs positions,
+/// too, and is applied later (meetBeyondShared).
 ADAPTIVE_BVH_INLINE unsigned withoutNeighbours(unsigned pairs, const WideTree& tree1,
                                                const WideNode& a, const WideTree& tree2,
                                                const WideNode& b, NeighbourFilter filter) {
   if (filter == NeighbourFilter::None || filter == NeighbourFilter::BeyondShared) return pairs;
-  const auto of_first = verticesOf(tree1, a);
+  const std::array<Int4, 3> vertices1 = verticesOf(tree1, a);
   const int allowed = filter == NeighbourFilter::SharedEdge ? 1 : 0;
   for (int j = 0; j < b.count; ++j) {
     if (!(pairs >> (4 * j) & 15)) continue;
-    const Int4& v = tree2.corners(static_cast<unsigned>(b.first + j));
-    Int4 shared = {allowed, allowed, allowed, allowed};  // allowed minus common vertices
+    const Int4& v = tree2.corners(static_cast<unsigned>(b.first + j));  // vertices of triangle j
+    // For each triangle of `a`: how many more common vertices the filter allows.
+    Int4 remaining = {allowed, allowed, allowed, allowed};
     for (int c = 0; c < 3; ++c) {
       if ((c > 0 && v[c] == v[0]) || (c > 1 && v[c] == v[1])) continue;
       const Int4 vertex = {v[c], v[c], v[c], v[c]};
-      // A true comparison is -1.
-      shared += (of_first[0] == vertex) | (of_first[1] == vertex) | (of_first[2] == vertex);
+      // A comparison yields -1 in the lanes where it is true, else 0.
+      remaining += (vertices1[0] == vertex) | (vertices1[1] == vertex) | (vertices1[2] == vertex);
     }
-    pairs &= ~(float4::bits(shared < Int4{}) << (4 * j));
+    pairs &= ~(float4::bits(remaining < Int4{}) << (4 * j));
   }
   return pairs;
 }

@@ -1,9 +1,10 @@
+// Selects the tests of pairs of triangles for the processor at run time.
 #include "query/pair_tests.h"
 
 namespace adaptive_bvh {
 
 #ifdef ADAPTIVE_BVH_HAS_AVX2
-extern const PairTestTable kPairTestTableAvx2;  // pair_tests_avx2.cpp
+extern const PairTestTable kPairTestTableAvx2;  // in pair_tests_avx2.cpp
 #endif
 
 const PairTestTable& pairTests4() { return kPairTestTable<Float4>; }

@@ -13,7 +13,7 @@
 
 namespace adaptive_bvh {
 
-/// A mesh of a query, and its pose.
+/// A mesh of a query and its pose, a rigid transform. A view: the mesh must outlive it.
 struct PlacedMesh {
   template <typename S>
   PlacedMesh(const DeformableMesh<S>& placed, const fcl::Transform3<S>& placement)
@@ -22,16 +22,16 @@ struct PlacedMesh {
       : mesh(placed), tf(placement) {}
 
   const MeshState& mesh;
-  fcl::Transform3d tf;
+  fcl::Transform3d tf;  ///< maps the mesh's frame to the world
 
   const WideTree& tree() const { return mesh.tree; }
   const LocalBounds<double>& bounds() const { return mesh.bounds; }
-  /// Corners of a triangle in the mesh's frame: by its index in the order of the leaves (pointsAt),
-  /// or by its own index (pointsOf).
+  /// Returns a triangle's corners in the mesh's frame, by its index in the order of the leaves.
   TrianglePoints<double> pointsAt(unsigned leaf_index) const {
     const Int4& v = mesh.tree.corners(leaf_index);
     return {point(v[0]), point(v[1]), point(v[2])};
   }
+  /// Returns a triangle's corners in the mesh's frame, by its index in the mesh.
   TrianglePoints<double> pointsOf(unsigned triangle) const {
     const VertexIndices v = mesh.view().verticesOf(triangle);
     return {point(v[0]), point(v[1]), point(v[2])};
@@ -44,7 +44,7 @@ struct PlacedMesh {
   }
 };
 
-/// The arguments of a distance query.
+/// The request and the result of a distance query. No search is needed if isSatisfied().
 template <typename S>
 struct DistanceQuery {
   const fcl::DistanceRequest<S>& request;
@@ -53,7 +53,7 @@ struct DistanceQuery {
   bool isSatisfied() const { return request.isSatisfied(result); }
 };
 
-/// The arguments of a collision query.
+/// The request and the result of a collision query. No search is needed if isSatisfied().
 template <typename S>
 struct CollisionQuery {
   const fcl::CollisionRequest<S>& request;
@@ -62,21 +62,20 @@ struct CollisionQuery {
   bool isSatisfied() const { return request.isSatisfied(result); }
 };
 
-// FCL leaves fields uninitialised that it does not compute. Here they are NaN, so that a mistaken
-// use shows.
-
+/// Returns a point of NaN, for results that FCL leaves uninitialised: a mistaken use shows.
 template <typename S>
 fcl::Vector3<S> unsetPoint() {
   return fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN());
 }
 
+/// Sets the nearest points of a result to NaN.
 template <typename S>
 void unsetPoints(fcl::DistanceResult<S>& result) {
   for (fcl::Vector3<S>& point : result.nearest_points) point = unsetPoint<S>();
 }
 
-/// Sets position, normal and depth to NaN in the contacts from number `first` on. (CollisionResult
-/// returns its contacts as const, but is not const itself.)
+/// Sets position, normal and depth to NaN in the contacts from index `first` on. The const_cast is
+/// sound: getContact returns a const reference, but the contact belongs to a non-const result.
 template <typename S>
 void unsetFields(fcl::CollisionResult<S>& result, std::size_t first) {
   for (std::size_t i = first; i < result.numContacts(); ++i) {

@@ -1,3 +1,4 @@
+// Conversions of requests to double precision and of results to single precision.
 #include "query/single_precision.h"
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 namespace adaptive_bvh {
 namespace {
 
+// Converts each number to the nearest float.
 void copyTo(double from, float& to) { to = static_cast<float>(from); }
 void copyTo(const fcl::Vector3d& from, fcl::Vector3f& to) { to = from.cast<float>(); }
 void copyTo(const std::array<fcl::Vector3d, 2>& from, std::array<fcl::Vector3f, 2>& to) {
@@ -19,16 +21,17 @@ void copyTo(const std::vector<From>& from, std::vector<To>& to) {
   to.resize(from.size());
   for (std::size_t i = 0; i < from.size(); ++i) copyTo(from[i], to[i]);
 }
+/// Rounds unsigned distances; only a distance of 0 becomes 0.
 void copyDistances(const std::vector<double>& from, std::vector<float>& to) {
   to.resize(from.size());
   for (std::size_t i = 0; i < from.size(); ++i) to[i] = distanceAs<float>(from[i]);
 }
 
-/// Largest float that is at most `x`; singleAbove: smallest float that is at least `x`.
+/// Rounds down, or up, to single precision.
 float singleBelow(double x) {
   const auto rounded = static_cast<float>(x);
-  constexpr float kFar = std::numeric_limits<float>::infinity();
-  return static_cast<double>(rounded) > x ? std::nextafter(rounded, -kFar) : rounded;
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  return static_cast<double>(rounded) > x ? std::nextafter(rounded, -kInfinity) : rounded;
 }
 float singleAbove(double x) { return -singleBelow(-x); }
 
@@ -113,7 +116,7 @@ void narrow(const SignedDistance<double>& from, SignedDistance<float>& to) {
 
 void narrow(const fcl::DistanceResultd& from, const fcl::CollisionGeometryf* o1,
             const fcl::CollisionGeometryf* o2, fcl::DistanceResultf& to) {
-  const bool is_depth = from.min_distance < 0;
+  const bool is_depth = from.min_distance < 0;  // a signed distance: minus the penetration depth
   to.min_distance =
       is_depth ? static_cast<float>(from.min_distance) : distanceAs<float>(from.min_distance);
   to.o1 = o1;
@@ -126,8 +129,8 @@ void narrow(const fcl::DistanceResultd& from, const fcl::CollisionGeometryf* o1,
 fcl::CollisionRequestd inDouble(const CollisionQuery<float>& query) {
   const fcl::CollisionRequestf& request = query.request;
   const std::size_t most = request.num_max_contacts,
-                    room = most - std::min(most, query.result.numContacts());
-  return fcl::CollisionRequestd(room, request.enable_contact, request.num_max_cost_sources,
+                    remaining = most - std::min(most, query.result.numContacts());
+  return fcl::CollisionRequestd(remaining, request.enable_contact, request.num_max_cost_sources,
                                 request.enable_cost, request.use_approximate_cost);
 }
 

@@ -12,7 +12,8 @@
 
 namespace adaptive_bvh {
 
-// Queries compute in double precision. Requests and results in single precision are converted here.
+// Queries compute in double precision. This file converts requests to double precision (inDouble),
+// results to single precision (narrow), and runs a query with both conversions (answerInDouble).
 
 inline const ProximityRequest<double>& inDouble(const ProximityRequest<double>& request) {
   return request;
@@ -30,7 +31,8 @@ inline const fcl::DistanceRequestd& inDouble(const fcl::DistanceRequestd& reques
 }
 fcl::DistanceRequestd inDouble(const fcl::DistanceRequestf& request);
 
-/// Rounds a result. A distance becomes 0 only if it is 0, and bounds are rounded outward.
+/// Rounds a result to single precision, to nearest unless stated otherwise. An unsigned distance
+/// that is not 0 stays positive (distanceAs). The bounds of a SignedDistance are rounded outward.
 void narrow(const TrianglePairs<double>& from, TrianglePairs<float>& to);
 void narrow(const VertexContacts<double>& from, VertexContacts<float>& to);
 void narrow(const FeatureDetails<double>& from, FeatureDetails<float>& to);
@@ -38,7 +40,8 @@ void narrow(const FeaturePairDetails<double>& from, FeaturePairDetails<float>& t
 void narrow(const ContactRegions<double>& from, ContactRegions<float>& to);
 void narrow(const SignedDistance<double>& from, SignedDistance<float>& to);
 
-/// Calls query(result) with a result in double precision, and rounds that if `result` is single.
+/// Calls query(result) with a result in double precision. If `result` is in single precision, the
+/// query writes to a temporary result, which is then rounded.
 template <template <typename> class Result, typename Query>
 void answerInDouble(Result<double>& result, const Query& query) {
   query(result);
@@ -50,7 +53,7 @@ void answerInDouble(Result<float>& result, const Query& query) {
   narrow(*found, result);
 }
 
-/// Calls query(results) with a list of results in double precision.
+/// The same for a list of results.
 template <template <typename> class Result, typename Query>
 void answerInDouble(std::vector<Result<double>>& results, const Query& query) {
   query(results);
@@ -63,8 +66,8 @@ void answerInDouble(std::vector<Result<float>>& results, const Query& query) {
   for (std::size_t i = 0; i < results.size(); ++i) narrow((*found)[i], results[i]);
 }
 
-/// Runs a search that lowers the distance of a result. If it did, stores the two objects in the
-/// result.
+/// Calls search(query) in double precision, which may lower the distance of the result and set
+/// triangles and points. If the distance is lower, also stores the objects `o1` and `o2`.
 template <typename Search>
 void answerInDouble(const DistanceQuery<double>& query, const fcl::CollisionGeometryd* o1,
                     const fcl::CollisionGeometryd* o2, const Search& search) {
@@ -74,6 +77,7 @@ void answerInDouble(const DistanceQuery<double>& query, const fcl::CollisionGeom
   query.result.o1 = o1;
   query.result.o2 = o2;
 }
+/// Rounds a result and stores the objects `o1` and `o2` in it.
 void narrow(const fcl::DistanceResultd& from, const fcl::CollisionGeometryf* o1,
             const fcl::CollisionGeometryf* o2, fcl::DistanceResultf& to);
 template <typename Search>
@@ -82,13 +86,14 @@ void answerInDouble(const DistanceQuery<float>& query, const fcl::CollisionGeome
   const fcl::DistanceRequestd request = inDouble(query.request);
   const auto before = static_cast<double>(query.result.min_distance);
   fcl::DistanceResultd found(before);
-  for (std::size_t i = 0; i < 2; ++i)  // kept where no points are requested
+  for (std::size_t i = 0; i < 2; ++i)  // remain if no points are requested
     found.nearest_points[i] = query.result.nearest_points[i].cast<double>();
   search(DistanceQuery<double>{request, found});
   if (found.min_distance < before) narrow(found, o1, o2, query.result);
 }
 
-/// An object of a contact query: its cost and its thresholds of occupancy.
+/// Stands for an object, of either precision, in a contact query in double precision. Has no shape,
+/// only the fields that contacts and costs depend on: cost density and occupancy thresholds.
 class ContactObject final : public fcl::CollisionGeometryd {
  public:
   template <typename S>
@@ -100,16 +105,16 @@ class ContactObject final : public fcl::CollisionGeometryd {
   void computeLocalAABB() override {}
 };
 
-/// Returns the request of a query that adds to the contacts already in the result.
+/// Returns the request in double precision. Its maximum number of contacts is reduced by those that
+/// the result already has, because the query in double precision begins with an empty result.
 fcl::CollisionRequestd inDouble(const CollisionQuery<float>& query);
-/// Adds the contacts and costs of two objects.
+/// Rounds contacts of `o1` and `o2` and cost sources, and adds them to the result of `query`.
 void addNarrowed(const fcl::CollisionResultd& from, const fcl::CollisionGeometryf* o1,
                  const fcl::CollisionGeometryf* o2, const CollisionQuery<float>& query);
-
-/// A contact without its objects.
+/// Returns a rounded contact, without its objects.
 fcl::Contactf narrowed(const fcl::Contactd& contact);
 
-/// Runs search(o1, o2, query), which adds contacts of two objects.
+/// Calls search(o1, o2, query) in double precision, which adds contacts of the objects to a result.
 template <typename Search>
 void answerInDouble(const CollisionQuery<double>& query, const fcl::CollisionGeometryd* o1,
                     const fcl::CollisionGeometryd* o2, const Search& search) {

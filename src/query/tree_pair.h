@@ -15,35 +15,37 @@
 #include "query/placed_mesh.h"
 #include "triangles/triangle_gap.h"
 
+// Two meshes, or one with itself, as the input of a query: the map between their trees' coordinates
+// (SameFrame, RelativeFrame), aligned trees (TreePair), meshes and poses (PairOfMeshes, PairInput).
+// Body units are those of a tree's coordinates, which are below 2. Errors: docs/bounds.md, 13.
 namespace adaptive_bvh {
 
-/// Upper bound of the differences of corners of two triangles next to each other. Coordinates in a
-/// tree are below 2.
+/// Upper bound of the distance of two corners of a tree, in body units: three differences below 4.
 constexpr double kLongest = 12;
 
-/// Placement of the second tree in the first one's coordinates, if both are the same tree or have
-/// the same coordinates.
+/// The map of the second tree's coordinates to the first's if both are the same: the identity.
 class SameFrame {
  public:
   static constexpr bool kIsIdentity = true;
 
   SameFrame() = default;
-  /// `apart`: largest error of the second tree's coordinates and placement.
-  explicit SameFrame(double apart) : apart_(static_cast<float>(apart)) {}
+  /// For two meshes. `deviation`: upper bound of |y - y2| in each component of the exact map.
+  explicit SameFrame(double deviation) : deviation_(static_cast<float>(deviation)) {}
 
-  float error() const { return WideTree::kPositionError + apart_; }
-  /// Error of a position and its residual together.
-  float preciseError() const { return 2 * WideTree::kResidualError + apart_; }
+  /// Error of a component of a position.
+  float error() const { return WideTree::kPositionError + deviation_; }
+  /// Error of a component of a position with its residual.
+  float preciseError() const { return 2 * WideTree::kResidualError + deviation_; }
   static double longest() { return kLongest; }
   static const FrameChange* change() { return nullptr; }
   const Vector4x3& operator()(const Vector4x3& points) const { return points; }
 
  private:
-  float apart_ = 0;
+  float deviation_ = 0;
 };
 
-/// Maps the second tree's coordinates to the first's: y = M y2 + t. A box becomes its enclosing
-/// box, enlarged by the errors of both trees and of this computation.
+/// Maps the second tree's coordinates y2 to the first's, y = M y2 + t, in single precision. A box
+/// is mapped to the bounding box of its image, enlarged by the errors of both trees and of the map.
 class RelativeFrame {
  public:
   static constexpr bool kIsIdentity = false;
@@ -55,39 +57,37 @@ class RelativeFrame {
     const double ratio = first.scale / second.scale;
     m_ = first.to_body * to_first.R * (second.axes() / second.scale);
     t_ = first.to_body * (to_first.R * second.origin + to_first.T - first.origin);
-    // Coordinates in either tree are below 2.
-    in_double_ = 4 * first.scale *
-                 (3 * (second.origin.template lpNorm<1>() + 6 / second.scale) +
-                  to_first.T.template lpNorm<1>() + first.origin.template lpNorm<1>()) *
-                 std::numeric_limits<double>::epsilon();
+    // The rounding error in double precision. Coordinates in either tree are below 2.
+    precise_error_ = 4 * first.scale *
+                     (3 * (second.origin.template lpNorm<1>() + 6 / second.scale) +
+                      to_first.T.template lpNorm<1>() + first.origin.template lpNorm<1>()) *
+                     std::numeric_limits<double>::epsilon();
     const double t_sum = t_.template lpNorm<1>();
     error_ = kUnit * (6 * 4 * ratio + 4 * t_sum) +
-             (1 + 2 * ratio) * static_cast<double>(WideTree::kPositionError) + in_double_;
-    longest_ = std::max(1., ratio);
-    // Sums of three coordinates are below 6.
-    apart_ = 2 * (6 * (m_ - fcl::Matrix3d::Identity()).cwiseAbs().maxCoeff() +
-                  t_.cwiseAbs().maxCoeff()) +
-             in_double_;
+             (1 + 2 * ratio) * static_cast<double>(WideTree::kPositionError) + precise_error_;
+    largest_ratio_ = std::max(1., ratio);
+    // Upper bound of |y - y2| in each component, with slack. Sums of three coordinates are below 6.
+    deviation_ = 2 * (6 * (m_ - fcl::Matrix3d::Identity()).cwiseAbs().maxCoeff() +
+                      t_.cwiseAbs().maxCoeff()) +
+                 precise_error_;
     is_precise_ = error_ < 1e6 && ratio > 1e-6 && ratio < 1e6;
     is_in_range_ = ratio > kLeast && ratio < kMost && t_sum < kMost;
     change_ = FrameChange(m_, t_, 2 * error_ + 16 * kUnit * (4 * ratio + t_sum));
   }
 
-  /// Whether single precision can express both trees.
+  /// Whether single precision suffices to compare boxes and points of both trees.
   bool isPrecise() const { return is_precise_; }
-  /// Whether squared gaps of boxes are within the range of single precision, and empty boxes stay
-  /// far from all others.
+  /// Whether single precision has the range for squared gaps of boxes, also of empty ones.
   bool isInRange() const { return is_in_range_; }
-  /// Whether both trees have the same coordinates, up to the margin of their boxes.
-  bool isSame() const { return apart_ <= kUnit; }
-  SameFrame same() const { return SameFrame(apart_); }
-  /// Error of a component of a point of either mesh, in the first's body units.
+  /// Whether the coordinates are the same up to a part of the boxes' margin. Then use same().
+  bool isSame() const { return deviation_ <= kUnit; }
+  SameFrame same() const { return SameFrame(deviation_); }
+  /// Error of a component of a position of either tree, in the first's body units.
   float error() const { return static_cast<float>(error_); }
-  /// Error of values computed in double precision from the positions.
-  float preciseError() const { return static_cast<float>(in_double_); }
-  /// Upper bound of the differences of corners of two triangles next to each other, in the first's
-  /// body units.
-  double longest() const { return kLongest * longest_; }
+  /// Error of a component that is computed in double precision from the mesh's own positions.
+  float preciseError() const { return static_cast<float>(precise_error_); }
+  /// Upper bound of the distance of two corners if boxes overlap, in the first's body units.
+  double longest() const { return kLongest * largest_ratio_; }
 
   const FrameChange* change() const { return &change_; }
   ADAPTIVE_BVH_INLINE Boxes4 operator()(const Boxes4& boxes) const { return change_(boxes); }
@@ -98,19 +98,19 @@ class RelativeFrame {
   const fcl::Vector3d& t() const { return t_; }
 
  private:
-  static constexpr double kUnit = 1. / (1 << 24);
-  static constexpr double kLeast = 1e-10, kMost = 1e15;
+  static constexpr double kUnit = 1. / (1 << 24);  // rounding error in single precision, relative
+  static constexpr double kLeast = 1e-10, kMost = 1e15;  // limits of isInRange
 
   FrameChange change_;
-  fcl::Matrix3d m_;
+  fcl::Matrix3d m_;  ///< a rotation times the ratio of the scales
   fcl::Vector3d t_;
-  double error_, in_double_, longest_, apart_;
+  double error_, precise_error_, largest_ratio_, deviation_;
   bool is_precise_, is_in_range_;
 };
 
-/// The trees of two placed meshes of one query. Their coordinates differ in general, and boxes grow
-/// when they are rotated from one to the other. If a search is large enough for it to pay, the
-/// smaller tree is refitted in the other's coordinates; its nodes stay the same.
+/// The trees of two placed meshes. Their coordinates differ in general, and boxes grow when they
+/// are rotated from one to the other. `align` therefore replaces one tree by a copy in the
+/// coordinates of the other, with the same nodes and links. Only a large search is worth its cost.
 class TreePair {
  public:
   TreePair(const PlacedMesh& first, const PlacedMesh& second)
@@ -129,14 +129,12 @@ class TreePair {
   const PlacedMesh& firstMesh() const { return placed1_; }
   const PlacedMesh& secondMesh() const { return placed2_; }
 
-  /// Cost of an alignment, in box tests.
+  /// Cost of `align`, in tests of two boxes.
   long costOfAlignment() const {
-    return static_cast<long>(std::min(placed1_.mesh.numTriangles(), placed2_.mesh.numTriangles())) /
-           2;
+    return std::min(placed1_.mesh.numTriangles(), placed2_.mesh.numTriangles()) / 2;
   }
-  /// Gives both trees the same coordinates. Does nothing if they have them, or if the coordinates
-  /// of the mesh with more triangles have no room for the other mesh, which is then much larger or
-  /// far away.
+  /// Refits a copy of the tree with fewer triangles in the coordinates of the other. Does nothing
+  /// if both have the same coordinates already, or if its mesh is outside of the other's range.
   void align() {
     if (frame_.isSame() || !isTaken(Shortcut::Alignment)) return;
     const bool is_first_smaller = placed1_.mesh.numTriangles() < placed2_.mesh.numTriangles();
@@ -144,22 +142,23 @@ class TreePair {
                      &larger = is_first_smaller ? placed2_ : placed1_;
     const RelativePlacement to_larger(larger.tf, smaller.tf);
     const BodyCoordinates& common = larger.tree().coordinates();
-    if (!holds(common, to_larger, smaller)) return;
-    // The larger mesh's coordinates in the smaller one's frame.
+    if (!fits(smaller, to_larger, common)) return;
+    // The same coordinates, as seen in the smaller mesh's frame.
     const fcl::Matrix3d axes = orthonormal(to_larger.R.transpose() * common.axes());
-    const BodyCoordinates of_smaller(axes, to_larger.R.transpose() * (common.origin - to_larger.T),
+    const BodyCoordinates in_smaller(axes, to_larger.R.transpose() * (common.origin - to_larger.T),
                                      common.scale);
-    WideTree& anew = *aligned_.emplace();
-    anew.assignTopology(smaller.tree());
-    anew.refit(smaller.mesh.vertices.data(), of_smaller, TaskPool(smaller.mesh.query_threads));
-    (is_first_smaller ? first_ : second_) = &anew;
+    WideTree& copy = *aligned_.emplace();
+    copy.assignTopology(smaller.tree());
+    copy.refit(smaller.mesh.vertices.data(), in_smaller, TaskPool(smaller.mesh.query_threads));
+    (is_first_smaller ? first_ : second_) = &copy;
     frame_ = RelativeFrame(*first_, *second_, to_first_);
   }
 
  private:
-  /// Whether a mesh fits into another's coordinates, which are below 2.
-  static bool holds(const BodyCoordinates& common, const RelativePlacement& to_common,
-                    const PlacedMesh& mesh) {
+  /// Whether the bounding sphere of a mesh has components below 2 in the coordinates `common` of
+  /// another mesh. `to_common`: maps the mesh's frame to that of the other mesh.
+  static bool fits(const PlacedMesh& mesh, const RelativePlacement& to_common,
+                   const BodyCoordinates& common) {
     constexpr double kLargest = 2 - 1. / (1 << 10);
     constexpr double kSlack = 1 + 1. / (1 << 16);  // for the rounding of the radius
     const fcl::Vector3d middle = common(to_common(mesh.bounds().aabb_center));
@@ -168,18 +167,18 @@ class TreePair {
   }
 
   const PlacedMesh &placed1_, &placed2_;
-  const RelativePlacement to_first_;
-  const WideTree *first_, *second_;
+  const RelativePlacement to_first_;  ///< maps the second mesh's frame to the first's
+  const WideTree *first_, *second_;   ///< the meshes' own trees, or one of them is in `aligned_`
   RelativeFrame frame_;
-  std::optional<Leased<WideTree>> aligned_;
+  std::optional<Leased<WideTree>> aligned_;  ///< the copy, in memory of the thread
 };
 
-/// Two triangles, one of each mesh, by their indices.
+/// Two triangles, one of each mesh, by their indices in the meshes.
 struct TrianglePair {
   unsigned first, second;
 };
 
-/// Two placed meshes.
+/// Two placed meshes, and the placement of one relative to the other.
 struct PairOfMeshes {
   template <typename S>
   PairOfMeshes(const DeformableMesh<S>& mesh1, const fcl::Transform3<S>& tf1,
@@ -188,7 +187,8 @@ struct PairOfMeshes {
   PairOfMeshes(const PlacedMesh& mesh1, const PlacedMesh& mesh2)
       : first(mesh1), second(mesh2), to_first(mesh1.tf, mesh2.tf) {}
 
-  /// Gap of two triangles; triangle 0 replaces indices that do not exist.
+  /// Returns the nearest points and the distance of two triangles, in the first mesh's frame.
+  /// Triangle 0 replaces an index that does not exist.
   TriangleGap gap(const TrianglePair& triangles) const {
     TrianglePoints<double> q = corners(second, triangles.second);
     for (fcl::Vector3d& x : q) x = to_first(x);
@@ -196,7 +196,7 @@ struct PairOfMeshes {
   }
 
   const PlacedMesh first, second;
-  const RelativePlacement to_first;
+  const RelativePlacement to_first;  ///< maps the second mesh's frame to the first's
 
  private:
   static TrianglePoints<double> corners(const PlacedMesh& mesh, unsigned triangle) {
@@ -204,9 +204,10 @@ struct PairOfMeshes {
   }
 };
 
-/// The input of a search for pairs of triangles.
+/// The input of a search for pairs of triangles: two meshes, or one with itself. A view: the
+/// arguments of the constructors must outlive it.
 struct PairInput {
-  /// Two meshes. Pairs farther apart than `largest_distance` do not count.
+  /// Two meshes. Finds pairs within `largest_distance`. `trees` must not be aligned afterwards.
   explicit PairInput(const TreePair& trees, double largest_distance = 0)
       : first(trees.firstMesh()),
         second(trees.secondMesh()),
@@ -214,7 +215,7 @@ struct PairInput {
         tree2(trees.second()),
         to_first(trees.toFirst()),
         distance(largest_distance) {}
-  /// One mesh with itself: each pair is found once.
+  /// One mesh with itself. Finds each pair once, without the neighbours `left_out`.
   PairInput(const PlacedMesh& mesh, NeighbourFilter left_out, double largest_distance = 0)
       : first(mesh),
         second(mesh),
@@ -227,10 +228,10 @@ struct PairInput {
   const WideTree &tree1, &tree2;
   const RelativePlacement to_first;  ///< maps the second mesh's frame to the first's
   const NeighbourFilter filter = NeighbourFilter::None;
-  const double distance;
-  const FlatPatches* flat = nullptr;  ///< for one mesh: nodes to leave out
+  const double distance;              ///< in the meshes' unit
+  const FlatPatches* flat = nullptr;  ///< for one mesh: nodes without pairs; or null
 
-  /// The trees for WideSearch. `frame`: SameFrame or RelativeFrame.
+  /// Returns the input of WideSearch. `frame`: SameFrame or RelativeFrame, which must outlive it.
   template <typename Frame>
   WideTrees trees(const Frame& frame) const {
     return {tree1.nodes(),
@@ -240,7 +241,8 @@ struct PairInput {
             &first == &second,
             flat};
   }
-  /// Corners of a triangle in the first mesh's frame, by its index in the order of the leaves.
+  /// Returns the corners, in the first mesh's frame, of a triangle of the first or of the second
+  /// mesh. `leaf_index`: its index in the order of the leaves of its tree.
   TrianglePoints<double> pointsOfFirst(unsigned leaf_index) const {
     return first.pointsAt(leaf_index);
   }
@@ -251,8 +253,7 @@ struct PairInput {
   }
 };
 
-/// Aligns the trees if more than kPairsThatPay pairs of boxes are within `distance`, so that it
-/// pays.
+/// Aligns the trees if so many pairs of nodes are within `distance` that this saves time.
 inline void alignIfNear(TreePair& trees, double distance) {
   constexpr int kPairsThatPay = 64;
   if (!trees.frame().isPrecise()) return;
@@ -260,8 +261,8 @@ inline void alignIfNear(TreePair& trees, double distance) {
   if (WideSearch(input.trees(trees.frame())).hasMorePairs(kPairsThatPay)) trees.align();
 }
 
-/// Calls search(frame) with the placement of the second tree in the first, a SameFrame or
-/// RelativeFrame. Calls testAll() instead if single precision cannot express it.
+/// Calls search(frame) with the map of the second tree's coordinates to the first's, a SameFrame or
+/// RelativeFrame. Calls testAll() instead if single precision does not suffice (isPrecise).
 template <typename Search, typename TestAll>
 void searchInFrame(const TreePair& trees, const Search& search, const TestAll& testAll) {
   if (!trees.frame().isPrecise())
@@ -272,13 +273,12 @@ void searchInFrame(const TreePair& trees, const Search& search, const TestAll& t
     search(trees.frame());
 }
 
-/// Whether the bounding spheres of two meshes are farther apart than `distance`.
+/// Whether the bounding spheres of two meshes are certainly farther apart than `distance`.
 inline bool areBallsFarther(const PlacedMesh& first, const PlacedMesh& second,
                             const RelativePlacement& to_first, double distance) {
   constexpr double kSlack = 1 + 1e-6;
   const auto &a = first.bounds(), &b = second.bounds();
-  const fcl::Vector3d middle = a.aabb_center;
-  const double apart = (to_first(b.aabb_center) - middle).stableNorm();
+  const double apart = (to_first(b.aabb_center) - fcl::Vector3d(a.aabb_center)).stableNorm();
   const double radii = double(a.aabb_radius) + double(b.aabb_radius);
   return apart > (distance + radii) * kSlack + 1e-12 * to_first.T.norm();
 }

@@ -9,35 +9,37 @@
 
 namespace adaptive_bvh {
 
-/// Finds two triangles that are approximately the closest: at each level of the four-wide trees,
-/// only the few pairs of nodes with the nearest centres are kept. Their distance is an upper bound
-/// of the meshes'.
+/// Finds two triangles, one of each mesh, that are approximately the closest. Their distance is an
+/// upper bound of the distance of the meshes. A beam search: descends both four-wide trees level by
+/// level, and keeps the kKept pairs of nodes whose boxes have the nearest centres.
 inline TrianglePair closeTriangles(const PairOfMeshes& meshes) {
   const TreePair trees(meshes.first, meshes.second);
   constexpr std::size_t kKept = 8;
   constexpr float kFar = 1e30f;
   struct Pair {
-    int first, second;
-    float apart;  ///< squared distance of the doubled centres
-    bool operator<(const Pair& other) const { return apart < other.apart; }
+    int first, second;  ///< nodes; in the end, triangles
+    float distance;     ///< squared, of the doubled centres
+    bool operator<(const Pair& other) const { return distance < other.distance; }
   };
   const RelativeFrame& frame = trees.frame();
   Scratch<Pair> pairs{{0, 0, 0}}, below;
+  // Adds the pairs of a box i of node a and j of node b, as firstOf(a, i), secondOf(b, j).
   const auto addBoxes = [&](const Pair& pair, const auto& firstOf, const auto& secondOf) {
     const WideNode &a = trees.first().nodes()[pair.first], &b = trees.second().nodes()[pair.second];
     const Boxes4 of_second = frame(b.boxes);
     for (int i = 0; i < int(a.count); ++i)
       for (int j = 0; j < int(b.count); ++j) {
-        float apart = 0;
+        float squared = 0;
         for (int k = 0; k < 3; ++k) {
           const float difference =
               a.boxes.low[k][i] + a.boxes.high[k][i] - (of_second.low[k][j] + of_second.high[k][j]);
-          apart += difference * difference;
+          squared += difference * difference;
         }
-        if (!(apart < kFar)) apart = kFar;  // also for NaN
-        below.push_back({firstOf(a, i), secondOf(b, j), apart});
+        if (!(squared < kFar)) squared = kFar;  // also for NaN
+        below.push_back({firstOf(a, i), secondOf(b, j), squared});
       }
   };
+  // Replaces `pairs` by the nearest of `below`.
   const auto keepNearest = [&] {
     const std::size_t kept = std::min(kKept, below.size());
     std::partial_sort(below.begin(), below.begin() + std::ptrdiff_t(kept), below.end());
@@ -61,6 +63,7 @@ inline TrianglePair closeTriangles(const PairOfMeshes& meshes) {
     }
     keepNearest();
   }
+  // The boxes of leaves are those of triangles.
   for (const Pair& pair : pairs)
     addBoxes(
         pair,

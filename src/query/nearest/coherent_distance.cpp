@@ -10,10 +10,11 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The distance of two meshes, with memory from call to call.
+/// The distance of one pair of meshes, step after step. Keeps the last answer, which is returned
+/// again if nothing has moved, and its nearest triangles, where the next search starts.
 class CoherentNearest {
  public:
-  /// Lowers the query's distance to that of the meshes.
+  /// Overwrites the query's result if the meshes are nearer than its distance.
   void search(const PlacedMesh& first, const PlacedMesh& second,
               const DistanceQuery<double>& query) {
     if (!isTaken(Shortcut::Coherence)) *this = CoherentNearest();
@@ -27,8 +28,8 @@ class CoherentNearest {
       supports_paid_ = search.supportsPaid();
       witness1_ = result_.b1;
       witness2_ = result_.b2;
-      positions_[0] = first.mesh.version;
-      positions_[1] = second.mesh.version;
+      versions_[0] = first.mesh.version;
+      versions_[1] = second.mesh.version;
       tf1_ = first.tf;
       tf2_ = second.tf;
       request_ = query.request;
@@ -37,19 +38,19 @@ class CoherentNearest {
   }
 
  private:
-  /// Whether the last call had the same positions, transforms and request.
+  /// Whether `result_` is the answer: the last call had the same positions, transforms and request.
   bool isAnswered(const PlacedMesh& first, const PlacedMesh& second,
-                  const fcl::DistanceRequestd& asked) const {
-    return positions_[0] == first.mesh.version && positions_[1] == second.mesh.version &&
+                  const fcl::DistanceRequestd& request) const {
+    return versions_[0] == first.mesh.version && versions_[1] == second.mesh.version &&
            tf1_.matrix() == first.tf.matrix() && tf2_.matrix() == second.tf.matrix() &&
-           request_.enable_nearest_points == asked.enable_nearest_points &&
-           request_.abs_err == asked.abs_err && request_.rel_err == asked.rel_err;
+           request_.enable_nearest_points == request.enable_nearest_points &&
+           request_.abs_err == request.abs_err && request_.rel_err == request.rel_err;
   }
 
   std::intptr_t witness1_ = 0, witness2_ = 0;  ///< nearest triangles of the last search
-  bool supports_paid_ = false;                 ///< whether supports paid in the last search
-  /// Arguments and answer of the last call.
-  std::uint64_t positions_[2] = {0, 0};
+  bool supports_paid_ = false;                 ///< NearestSearch::supportsPaid of that search
+  // Arguments and answer of the last search.
+  std::uint64_t versions_[2] = {0, 0};  ///< MeshState::version; 0 before the first search
   fcl::Transform3d tf1_, tf2_;
   fcl::DistanceRequestd request_;
   fcl::DistanceResultd result_;

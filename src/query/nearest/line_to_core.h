@@ -10,22 +10,23 @@
 
 namespace adaptive_bvh {
 
-/// Lower bounds of the distances from a mesh's nodes to a point or box beside the mesh, the core.
-/// They combine the gaps along a line and across it. Gaps along the line come from supports in
-/// double precision, measured from the front, the plane beyond which no vertex lies. Gaps across it
-/// come from the nodes' boxes. The bounds cost a pass over the vertices. They then separate nodes
-/// that boxes in single precision along the tree's axes do not: the parts of a face across the
-/// line, and bodies far away. docs/bounds.md, 16.
+/// Lower bounds of the distances from a mesh's nodes to a core beside the mesh: a query point, or a
+/// box inside a shape. They combine gaps along a line and across it. Gaps along the line come from
+/// supports in double precision, measured from the front: the plane across the line beyond which no
+/// vertex lies. Gaps across it come from the nodes' boxes. The bounds cost a pass over the
+/// vertices. They then separate nodes that boxes in single precision along the tree's axes do not:
+/// parts of a face that is perpendicular to the line, and bodies far away. The coordinates of the
+/// view are the tree's, rotated so that axis 0 is the line. docs/bounds.md, 16.
 class LineToCore {
  public:
-  /// A box: its centre, and half its edges as columns, in the mesh's frame.
+  /// A box in the mesh's frame: its centre, and half its edge vectors as columns, 0 for a point.
   struct Core {
     fcl::Vector3d middle;
     fcl::Matrix3d sides = fcl::Matrix3d::Zero();
   };
 
-  /// Prepares bounds for the part of the tree that `near` reports. `along`: direction of the line
-  /// from the mesh to the core, of length 1, in the mesh's frame.
+  /// Prepares bounds for the nodes that `near` reports. `along`: the direction of the line from the
+  /// mesh to the core, of length 1, in the mesh's frame.
   void look(const MeshState& mesh, const NearLanes& near, const Core& core,
             const fcl::Vector3d& along) {
     const WideTree& tree = mesh.tree;
@@ -46,15 +47,15 @@ class LineToCore {
     base_ = std::max(middle[0] - half[0] - scale_ * front_ - rounded, 0.);
     unit_ = 1 / (1 + 2 * base_);
     for (int k = 0; k < 3; ++k) {
-      low_[k] = float4::all(ended(middle[k] - half[k] - rounded, -1));
-      high_[k] = float4::all(ended(middle[k] + half[k] + rounded, 1));
+      low_[k] = float4::all(roundedOutward(middle[k] - half[k] - rounded, -1));
+      high_[k] = float4::all(roundedOutward(middle[k] + half[k] + rounded, 1));
     }
   }
 
-  /// Returns keys of a node's boxes: lower bounds of their squared distances minus the squared
-  /// distance of the front, in a unit of their own.
+  /// Returns the keys of a node's boxes: lower bounds of their squared distances from the core,
+  /// minus base_^2, times unit_. Keys have digits for the differences of nodes at any distance.
   ADAPTIVE_BVH_INLINE Float4 keys(const WideNode& node) const {
-    const double* const extent = supports_[static_cast<int>(&node - nodes_)].of;
+    const double* const extent = supports_[static_cast<int>(&node - nodes_)].lane;
     const Boxes4 turned = change_(node.boxes);
     Float4 across = float4::all(0);
     for (int k = 1; k < 3; ++k) {
@@ -70,23 +71,24 @@ class LineToCore {
                      squares[i]);
     return float4::narrowed(key[0], key[1]);
   }
-  /// Limit by a point of the mesh, for a core without sides: boxes at most as far away as the point
-  /// have keys up to this limit.
+  /// Returns a limit of keys, given the nearest point of the mesh so far: boxes that are not
+  /// farther have keys up to it. For a core that is a point on a line from the tree's origin.
   float limitOf(const fcl::Vector3d& point) const {
-    const fcl::Vector3d seen = axes_ * (to_body_ * (point - origin_));
-    const double square = seen[1] * seen[1] + seen[2] * seen[2];
-    const double key =
-        (scale_ * front_ - seen[0]) * (2 * base_ + scale_ * front_ - seen[0]) + square;
-    const double rounded = kSeen * (1 + scale_ * origin_.lpNorm<1>()) + kTies * base_;
+    const fcl::Vector3d x = axes_ * (to_body_ * (point - origin_));
+    const double behind = scale_ * front_ - x[0], square = x[1] * x[1] + x[2] * x[2];
+    const double key = behind * (2 * base_ + scale_ * front_ - x[0]) + square;
+    const double rounded = kPointError * (1 + scale_ * origin_.lpNorm<1>()) + kTies * base_;
     return roundedUp(std::max(key * unit_, 0.) + rounded);
   }
-  /// Limit by a distance: boxes nearer than that have smaller keys.
+  /// Returns a limit of keys, given a distance in the mesh's unit: nearer boxes have smaller keys.
   float limitOf(double distance) const {
-    const double limit = std::min(distance * scale_, 1e150);
+    const double limit = std::min(distance * scale_, 1e150);  // its square stays finite
     return roundedUp((limit - base_) * (limit + base_) * unit_);
   }
 
  private:
+  /// Returns the key ((base + behind)^2 + square - base^2) unit for contents that are `behind` the
+  /// front and have the squared gap `square` across the line. D: a number or pack of double.
   template <typename D>
   ADAPTIVE_BVH_INLINE D keyOf(const D& behind, const D& square) const {
     return (behind * (packs::all(2 * base_) + behind) + square * packs::all(1 - 0x1p-20)) *
@@ -95,24 +97,27 @@ class LineToCore {
   static float roundedUp(double key) {
     return static_cast<float>(std::clamp(key * (1 + 0x1p-20), -1e38, 1e38));
   }
-  /// Rounds a coordinate outward. Far beyond the body, a clamped value is as good as infinity.
-  static float ended(double x, double outward) {
+  /// Rounds a coordinate up (`sign` 1) or down (-1), and clamps it far outside of the body.
+  static float roundedOutward(double x, double sign) {
     constexpr double kMost = 1e18;
-    return static_cast<float>(std::clamp(x + outward * 0x1p-22 * std::abs(x), -kMost, kMost));
+    return static_cast<float>(std::clamp(x + sign * 0x1p-22 * std::abs(x), -kMost, kMost));
   }
 
-  static constexpr double kMargin = 160. / (1 << 24);  // margin of a turned box
-  static constexpr double kRounding = 0x1p-50;
-  static constexpr double kSeen = 0x1p-46;  // error of two points, along the line
-  static constexpr double kTies = 0x1p-78;  // more than PreciseSquare treats as a tie
+  static constexpr double kMargin = 160. / (1 << 24);  // error of a box that is rotated to the view
+  static constexpr double kRounding = 0x1p-50;         // of the core's coordinates, relative
+  static constexpr double kPointError = 0x1p-46;       // of two points of the mesh, along the line
+  static constexpr double kTies = 0x1p-78;             // more than PreciseSquare treats as a tie
 
   const WideNode* nodes_ = nullptr;
-  fcl::Matrix3d to_body_, axes_;
+  fcl::Matrix3d to_body_, axes_;  ///< WideTree::toBody; the view's axes as rows, in the tree
   fcl::Vector3d origin_;
-  double scale_ = 1, front_ = 0, base_ = 0, unit_ = 1;
+  double scale_ = 1;
+  double front_ = 0;  ///< position of the front along the line, in the mesh's unit
+  double base_ = 0;   ///< distance of the core from the front, in the tree's unit; at least 0
+  double unit_ = 1;   ///< factor of keys: makes them about as large as the body
   Supports supports_;
-  FrameChange change_;
-  Float4 low_[3], high_[3];  ///< of the core
+  FrameChange change_;       ///< rotates boxes of the tree to the view
+  Float4 low_[3], high_[3];  ///< the core's bounding box in the view
 };
 
 }  // namespace adaptive_bvh

@@ -10,10 +10,11 @@ namespace adaptive_bvh {
 
 /// Returns the vector between the nearest points of two convex sets, from the first to the second,
 /// in the first's frame; zero if they touch or are less than `least` apart. farthest1(d),
-/// farthest2(d): the point of each set that is farthest along d, in the frame of the set.
+/// farthest2(d): support functions, the point of each set that is farthest along d, in its frame.
 template <typename Farthest1, typename Farthest2>
 fcl::Vector3d vectorBetween(const RelativePlacement& to_first, const Farthest1& farthest1,
                             const Farthest2& farthest2, double least = 0) {
+  // The Minkowski difference of the sets: its nearest point to the origin is the vector.
   class Difference final : public ConvexSet {
    public:
     Difference(const RelativePlacement& to_first, const Farthest1& farthest1,
@@ -29,7 +30,7 @@ fcl::Vector3d vectorBetween(const RelativePlacement& to_first, const Farthest1& 
     const Farthest1& farthest1_;
     const Farthest2& farthest2_;
   };
-  constexpr double kError = 0x1p-49;  // more than the rounding error
+  constexpr double kError = 0x1p-49;  // GapSearch::error: above the rounding error
   constexpr int kMostSteps = 32;
   const fcl::Vector3d origin = fcl::Vector3d::Zero();
   const ConvexGap gap =
@@ -38,24 +39,26 @@ fcl::Vector3d vectorBetween(const RelativePlacement& to_first, const Farthest1& 
   return gap.distance > 0 && gap.distance >= least ? gap.points.second : origin;
 }
 
-/// The local boxes of two meshes (FCL's aabb_local), in double precision. They give lower bounds of
-/// the distance at no cost. Many mechanical parts have flat faces in the faces of their boxes.
+/// The bounding boxes of two meshes, each along the axes of its own frame (FCL's aabb_local), in
+/// double precision. They give lower bounds of the distance at no cost, which are often tight: many
+/// mechanical parts have flat faces in the faces of their boxes.
 class LocalBoxes {
  public:
   LocalBoxes(const PlacedMesh& first, const PlacedMesh& second, const RelativePlacement& to_first)
       : first_(first.bounds()), second_(second.bounds()), to_first_(to_first) {}
 
+  /// The centre of each box, in its mesh's frame.
   fcl::Vector3d middle1() const { return middleOf(first_); }
   fcl::Vector3d middle2() const { return middleOf(second_); }
-  /// How far a mesh's box extends from a point `from` along a direction; both in that mesh's frame.
+  /// Returns how far the box of the first (extent1) or second mesh (extent2) extends from a point
+  /// along a direction, both in that mesh's frame.
   double extent1(const fcl::Vector3d& from, const fcl::Vector3d& along) const {
     return along.dot(corner(first_, along) - from);
   }
   double extent2(const fcl::Vector3d& from, const fcl::Vector3d& along) const {
     return along.dot(corner(second_, along) - from);
   }
-  /// The direction between the boxes' nearest points, from the first to the second, in the first
-  /// mesh's frame; zero if they touch.
+  /// The direction between the boxes' nearest points, in the first's frame; zero if they touch.
   fcl::Vector3d line() const {
     return vectorBetween(
                to_first_, [&](const fcl::Vector3d& along) { return corner(first_, along); },
@@ -67,6 +70,7 @@ class LocalBoxes {
   using Bounds = LocalBounds<double>;
 
   static fcl::Vector3d middleOf(const Bounds& bounds) { return bounds.aabb_center; }
+  /// The corner of a box that is farthest along a direction.
   static fcl::Vector3d corner(const Bounds& bounds, const fcl::Vector3d& along) {
     const fcl::AABBd& box = bounds.aabb_local;
     fcl::Vector3d corner;

@@ -1,3 +1,4 @@
+// The tests of pairs of triangles in a distance search, first along the line of the nearest points.
 #include "query/nearest/nearest_pair.h"
 
 #include "base/shortcut.h"
@@ -7,7 +8,7 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Rounding of distances, with the second's coordinates transformed to the first's frame.
+/// Returns the rounding errors of distances in the first's frame. `T`: translation of the second.
 DistanceRounding roundingOf(const fcl::Vector3d& T, const PlacedMesh& first,
                             const PlacedMesh& second) {
   const auto size = [](const PlacedMesh& mesh) -> double {
@@ -16,7 +17,7 @@ DistanceRounding roundingOf(const fcl::Vector3d& T, const PlacedMesh& first,
   return DistanceRounding(T.lpNorm<1>() + size(first) + size(second));
 }
 
-/// Vertices and number of triangle `i` of a leaf.
+/// Returns the three vertices and the index of triangle `i` of a leaf.
 const Int4& cornersOf(const PlacedMesh& mesh, const WideNode& leaf, int i) {
   return mesh.tree().corners(static_cast<unsigned>(leaf.first + i));
 }
@@ -42,54 +43,56 @@ NearestPair::NearestPair(const PlacedMesh& first, const PlacedMesh& second,
   setLimit();
 }
 
-/// FCL descends below a pair unless its bound c satisfies c >= min - abs_err and c (1 + rel_err) >=
-/// min.
+/// Sets the limit to the distance so far, less tolerances: FCL descends below a pair of nodes
+/// unless its bound c satisfies c >= min_distance - abs_err and c (1 + rel_err) >= min_distance.
 void NearestPair::setLimit() {
-  const auto least = static_cast<double>(result_.min_distance);
-  limit_ = std::max(least - static_cast<double>(request_.abs_err),
-                    least / (1 + static_cast<double>(request_.rel_err)));
-  least_enough_ = isClear() ? limitWithinRounding() : std::numeric_limits<double>::infinity();
+  const auto distance = static_cast<double>(result_.min_distance);
+  limit_ = std::max(distance - static_cast<double>(request_.abs_err),
+                    distance / (1 + static_cast<double>(request_.rel_err)));
+  final_bound_ = isClear() ? limitWithinRounding() : std::numeric_limits<double>::infinity();
 }
 
-/// Sets the line to that between the nearest points of two triangles.
+/// Sets the line to that between the nearest points of two triangles with the vertices a and b.
 void NearestPair::lookAlong(const TriangleGap& gap, const VertexIndices& a,
                             const VertexIndices& b) {
   triangles_.lookAlong(gap.points.first, gap.points.second);
-  near1_ = a;
-  near2_ = b;
-  near_distance_ = gap.distance;
+  line_vertices1_ = a;
+  line_vertices2_ = b;
+  line_distance_ = gap.distance;
   is_refined_ = false;
 }
 
 void NearestPair::refineLine() {
   is_refined_ = true;
   if (triangles_.direction() == fcl::Vector3d::Zero()) return;
-  triangles_.preferNormals(near1_, near2_, rounding_.below(near_distance_));
-  raiseLeast();
+  triangles_.preferNormals(line_vertices1_, line_vertices2_, rounding_.below(line_distance_));
+  raiseByBoxes();
 }
 
-void NearestPair::raiseLeast() {
+/// Raises the lower bound to the gap of the local boxes along the line.
+void NearestPair::raiseByBoxes() {
   const auto& line = triangles_.line();
-  raiseLeast(line.offset - boxes_.extent1(line.from, line.along1) -
-             boxes_.extent2(line.to, -line.along2));
+  raiseLowerBound(line.offset - boxes_.extent1(line.from, line.along1) -
+                  boxes_.extent2(line.to, -line.along2));
 }
 
 bool NearestPair::lookAlongHulls() {
-  const auto farthestOf = [](const PlacedMesh& mesh) {
+  const auto supportOf = [](const PlacedMesh& mesh) {
     return [&mesh](const fcl::Vector3d& along) -> fcl::Vector3d {
       return farthestPoint(mesh.tree(), mesh.mesh.vertices.data(), along);
     };
   };
-  constexpr double kMost = 1 - 1. / 64;
+  constexpr double kNearly = 1 - 1. / 64;
   const fcl::Vector3d between =
-      vectorBetween(to_first_, farthestOf(first_), farthestOf(second_), kMost * limit_);
+      vectorBetween(to_first_, supportOf(first_), supportOf(second_), kNearly * limit_);
   const double gap = between.stableNorm();
   if (!(gap > 0)) return false;
   triangles_.turnLine(between / gap);
-  raiseLeast();
+  raiseByBoxes();
   return true;
 }
 
+/// Writes a nearer pair of triangles into the result.
 void NearestPair::improve(const TriangleGap& gap, int triangle1, int triangle2) {
   result_.update(gap.distance, nullptr, nullptr, triangle1, triangle2);  // the caller sets o1, o2
   if (request_.enable_nearest_points) {
@@ -114,26 +117,28 @@ void NearestPair::addWitness(int triangle1, int triangle2) {
   lookAlong(gap, a, b);
 }
 
-void NearestPair::test(unsigned open, const TriangleBlock& block, double unit, double error,
+/// Skips pairs whose lower bound in single precision reaches the limit. Pairs whose bound would
+/// reach it but for the errors of single precision are tied, and are tested in double precision.
+void NearestPair::test(unsigned pairs, const TriangleBlock& block, double unit, double error,
                        const WideNode& leaf1, const WideNode& leaf2) {
   if (!isTaken(Shortcut::SinglePrecision)) {
-    for (; open && !isDone(); open &= open - 1) testPair(__builtin_ctz(open), leaf1, leaf2);
+    for (; pairs && !isDone(); pairs &= pairs - 1) testPair(__builtin_ctz(pairs), leaf1, leaf2);
     return;
   }
-  const double off = rounding_.ofSeparations() + error,
-               slack = double(block.slack()) * unit + 2 * off;
-  const auto enough = static_cast<float>((limit_ + off) / unit * (1 + 1. / (1 << 20)));
+  const double bound_error = rounding_.ofSeparations() + error,
+               slack = double(block.slack()) * unit + 2 * bound_error;
+  const auto enough = static_cast<float>((limit_ + bound_error) / unit * (1 + 1. / (1 << 20)));
   Float4 bounds[4];
-  if (open & 0x000f) bounds[0] = block.bounds<0>(enough, open & 15);
-  if (open & 0x00f0) bounds[1] = block.bounds<1>(enough, open >> 4 & 15);
-  if (open & 0x0f00) bounds[2] = block.bounds<2>(enough, open >> 8 & 15);
-  if (open & 0xf000) bounds[3] = block.bounds<3>(enough, open >> 12 & 15);
+  if (pairs & 0x000f) bounds[0] = block.bounds<0>(enough, pairs & 15);
+  if (pairs & 0x00f0) bounds[1] = block.bounds<1>(enough, pairs >> 4 & 15);
+  if (pairs & 0x0f00) bounds[2] = block.bounds<2>(enough, pairs >> 8 & 15);
+  if (pairs & 0xf000) bounds[3] = block.bounds<3>(enough, pairs >> 12 & 15);
   unsigned tied = 0;
-  const int tested = __builtin_popcount(open);
-  for (; open && !isDone(); open &= open - 1) {
-    const int bit = __builtin_ctz(open), i = bit & 3, j = bit >> 2;
-    const double bound = double(bounds[j][i]) * unit - off;
-    if (bound >= limit_) continue;  // false if it is out of range
+  const int tested = __builtin_popcount(pairs);
+  for (; pairs && !isDone(); pairs &= pairs - 1) {
+    const int bit = __builtin_ctz(pairs), i = bit & 3, j = bit >> 2;
+    const double bound = double(bounds[j][i]) * unit - bound_error;
+    if (bound >= limit_) continue;  // NaN, from numbers out of range, does not skip the pair
     ++triangle_tests_;
     if (bound + slack >= limit_)
       tied |= 1u << bit;
@@ -143,8 +148,8 @@ void NearestPair::test(unsigned open, const TriangleBlock& block, double unit, d
   if (tied && !isDone()) testTied(tied, tested, leaf1, leaf2);
 }
 
-/// Calls notApart(pair) for each pair of triangles of two leaves that no normal of the pairs
-/// separates by the limit, until the search is over.
+/// Calls notApart(bit) for each pair of two leaves that is separated by the limit neither along the
+/// line nor along a direction of TiedTriangles::apartNear, until the search is over.
 template <typename NotApart>
 void NearestPair::separate(unsigned pairs, const WideNode& leaf1, const WideNode& leaf2,
                            const NotApart& notApart) const {
@@ -160,10 +165,9 @@ void NearestPair::separate(unsigned pairs, const WideNode& leaf1, const WideNode
   }
 }
 
-/// Tests pairs whose bounds in double precision may reach the limit, though those in single
-/// precision do not. Along the line between the nearest points pairs are tested one by one, which
-/// often is enough; the first that it does not separate needs further directions. `tested`: of so
-/// many pairs.
+/// Tests tied pairs in double precision: one by one along the line, which often separates all; from
+/// the first pair that it does not separate, along further directions. `tested`: the number of
+/// pairs of the two leaves, tied or not.
 void NearestPair::testTied(unsigned pairs, int tested, const WideNode& leaf1,
                            const WideNode& leaf2) {
   const double limit = limitWithinRounding();
@@ -178,14 +182,15 @@ void NearestPair::testTied(unsigned pairs, int tested, const WideNode& leaf1,
   separate(pairs, leaf1, leaf2, [&](int bit) { testPair(bit, leaf1, leaf2); });
 }
 
-unsigned NearestPair::withoutTied(unsigned open, const WideNode& leaf1, const WideNode& leaf2) {
+unsigned NearestPair::withoutTied(unsigned pairs, const WideNode& leaf1, const WideNode& leaf2) {
   unsigned left = 0;
-  triangle_tests_ += __builtin_popcount(open);
-  separate(open, leaf1, leaf2, [&](int bit) { left |= 1u << bit; });
-  mostly_tied_ = 2 * __builtin_popcount(left) < __builtin_popcount(open);
+  triangle_tests_ += __builtin_popcount(pairs);
+  separate(pairs, leaf1, leaf2, [&](int bit) { left |= 1u << bit; });
+  mostly_tied_ = 2 * __builtin_popcount(left) < __builtin_popcount(pairs);
   return left;
 }
 
+/// Computes the distance of the pair `bit`, and keeps the pair if it is nearer than the result.
 void NearestPair::testPair(int bit, const WideNode& leaf1, const WideNode& leaf2) {
   const Int4 &first = cornersOf(first_, leaf1, bit & 3),
              &second = cornersOf(second_, leaf2, bit >> 2);
@@ -196,13 +201,14 @@ void NearestPair::testPair(int bit, const WideNode& leaf1, const WideNode& leaf2
   lookAlong(gap, a, b);
 }
 
-/// Stops at the first vertex that is too near. Tests a sample of both meshes first, which often has
-/// one.
+/// Stops at the first vertex that extends too far. Tests a sample first, which often has one.
 bool NearestPair::areSeparated() {
   if (!isClear()) return false;
   constexpr std::size_t kSampleStride = 32;  // of the vertices that are tested first
   const auto& line = triangles_.line();
-  const double rest = line.offset - limitWithinRounding();
+  // The meshes are separated if their extents toward each other sum up to at most this.
+  const double room = line.offset - limitWithinRounding();
+  // The largest extent from `from` along a direction; a value above `most` ends the loop.
   const auto extent = [](const std::vector<fcl::Vector3d>& vertices, const fcl::Vector3d& from,
                          const fcl::Vector3d& along, double most, std::size_t stride) -> double {
     double extent = 0;
@@ -211,13 +217,13 @@ bool NearestPair::areSeparated() {
     return extent;
   };
   for (const std::size_t stride : {kSampleStride, std::size_t(1)}) {
-    const double extent1 = extent(first_.mesh.vertices, line.from, line.along1, rest, stride);
-    if (!(extent1 <= rest)) return false;
-    const double rest2 = rest - extent1;
-    if (!(extent(second_.mesh.vertices, line.to, -line.along2, rest2, stride) <= rest2))
+    const double extent1 = extent(first_.mesh.vertices, line.from, line.along1, room, stride);
+    if (!(extent1 <= room)) return false;
+    const double room2 = room - extent1;
+    if (!(extent(second_.mesh.vertices, line.to, -line.along2, room2, stride) <= room2))
       return false;
   }
-  raiseLeast(limitWithinRounding());
+  raiseLowerBound(limitWithinRounding());
   return true;
 }
 

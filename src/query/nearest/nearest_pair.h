@@ -11,8 +11,9 @@
 namespace adaptive_bvh {
 
 /// The nearest pair of triangles that a distance query has found so far, and the tests of further
-/// pairs: cheap lower bounds, four pairs at a time, before each distance. Fills the result as FCL's
-/// query does, but with the library's own distance of two triangles (gapOf).
+/// pairs: cheap lower bounds first, four pairs at a time, then the distance. Fills the result as
+/// FCL's query does, but with the library's own distance of two triangles (gapOf). "The line" runs
+/// between the nearest points so far; bounds along it are tight. Distances are in the meshes' unit.
 class NearestPair {
  public:
   NearestPair(const PlacedMesh& first, const PlacedMesh& second,
@@ -20,57 +21,56 @@ class NearestPair {
   NearestPair(const NearestPair&) = delete;
   NearestPair& operator=(const NearestPair&) = delete;
 
-  /// Ends the search at the first pair whose distance is at most `enough`. Call it before the
-  /// search, if only that comparison matters.
+  /// Ends the search at the first pair whose distance is at most `enough`. For callers that only
+  /// compare the distance with it. Call this before the search.
   void stopAt(double enough) { enough_ = enough; }
-  /// Uses the distance of two triangles as a first upper bound. Does nothing if one of them does
-  /// not exist.
+  /// Uses the distance of two triangles as a first upper bound, if both indices exist.
   void addWitness(int triangle1, int triangle2);
 
-  /// Whether the search is over: the distance is at most `enough` (0 by default), or no pair can be
-  /// nearer.
-  bool isDone() const { return result_.min_distance <= enough_ || least_ >= least_enough_; }
-  /// Raises the known lower bound of the meshes' distance, which may be off by rounding.
-  void raiseLeast(double bound) { least_ = std::max(least_, bound); }
+  /// Whether the search is over: no pair can be nearer, or one is near enough (stopAt).
+  bool isDone() const { return result_.min_distance <= enough_ || lower_bound_ >= final_bound_; }
+  /// Raises the lower bound of the distance. Its error is DistanceRounding::ofSeparations.
+  void raiseLowerBound(double bound) { lower_bound_ = std::max(lower_bound_, bound); }
   const LocalBoxes& boxes() const { return boxes_; }
-  /// Whether `refineLine` has nothing to do.
+  /// Whether the line has been refined since it was set.
   bool isRefined() const { return is_refined_; }
-  /// Improves the line between the nearest points. Rounding turns it if the points are near each
-  /// other or very far apart. If a normal of the two triangles separates them equally well, the
-  /// line takes its direction, which is exact for all of a flat face. Then bounds the bodies as a
-  /// whole along the line.
+  /// Improves the line, because rounding turns it if its points are near each other or very far
+  /// apart. If the normal of one of the nearest triangles separates them equally well, the line
+  /// takes its direction, which is accurate for all of a flat face. Then raises the lower bound by
+  /// the extents of the local boxes along the line.
   void refineLine();
-  /// Whether all vertices are at least the limit apart along the line. Then the search is over.
+  /// Whether all vertices of the two meshes are at least the limit apart along the line. If so,
+  /// raises the lower bound, which ends the search.
   bool areSeparated();
-  /// Turns the line to that between the convex hulls of the meshes, if these are nearly as far
-  /// apart as the nearest pair. Returns whether it did.
+  /// Turns the line to the direction between the convex hulls of the meshes, if these are nearly as
+  /// far apart as the nearest pair. Returns whether it did so.
   bool lookAlongHulls();
-  /// Pairs at this distance or farther do not matter.
+  /// Pairs at this distance or farther do not matter: the distance so far, less tolerances.
   double limit() const { return limit_; }
-  /// The limit minus the rounding error of distances of triangles: pairs nearer by less than that
-  /// count as equally near, so that parallel faces are pruned. The limit itself if that would
-  /// hide a touch.
+  /// The limit minus the rounding error of distances of triangles: pairs that are nearer by less
+  /// than this error count as equally near, so that parallel faces are pruned. The limit itself if
+  /// the pair is so near that this could miss a contact.
   double limitWithinRounding() const { return isClear() ? rounding_.below(limit_) : limit_; }
-  /// The limit for bounds whose rounding error is that of distances.
+  /// The limit for lower bounds that may be too large by DistanceRounding::ofSeparations.
   double limitOfBounds() const {
     return isClear() ? rounding_.below(limit_) : limit_ + rounding_.ofSeparations();
   }
-  /// Whether pairs at the limit, up to rounding, certainly do not touch.
+  /// Whether triangles at the distance of the limit, up to rounding, certainly do not touch.
   bool isClear() const { return rounding_.isClear(limit_); }
-  /// Separations along the line between the nearest points.
+  /// The line, and separations along it.
   const TriangleSeparation& triangles() const { return triangles_; }
 
-  /// Tests the pairs of two leaves in `open`: bit 4 j + i for triangle i of the first tree's leaf
-  /// and j of the second's. `block`: the triangles in single precision; `unit`: its unit in the
-  /// first mesh's numbers; `error`: its error beyond what TriangleBlock allows for.
-  void test(unsigned open, const TriangleBlock& block, double unit, double error,
+  /// Tests pairs of triangles of two leaves: bit 4 j + i of `pairs` for triangle i of the first
+  /// mesh's leaf and j of the second's. `block`: these triangles in single precision, in the unit
+  /// `unit`, with the `error` beyond what TriangleBlock allows for; both in the meshes' unit.
+  void test(unsigned pairs, const TriangleBlock& block, double unit, double error,
             const WideNode& leaf1, const WideNode& leaf2);
 
-  /// Whether most pairs of the two leaves that were tested last needed normals. Then `withoutTied`
-  /// takes less time than `test` for the next two.
+  /// Whether most pairs of the two leaves tested last needed separations along normals in double
+  /// precision. Then calling `withoutTied`, which begins with these, before `test` saves time.
   bool areMostlyTied() const { return mostly_tied_; }
-  /// Returns the pairs of `open` that no normal separates by the limit, for `test`.
-  unsigned withoutTied(unsigned open, const WideNode& leaf1, const WideNode& leaf2);
+  /// Returns the pairs that are not found separated by the limit in double precision.
+  unsigned withoutTied(unsigned pairs, const WideNode& leaf1, const WideNode& leaf2);
 
   /// Whether the result has changed.
   bool isImproved() const { return improved_; }
@@ -79,7 +79,7 @@ class NearestPair {
 
  private:
   void setLimit();
-  void raiseLeast();
+  void raiseByBoxes();
   void lookAlong(const TriangleGap& gap, const VertexIndices& a, const VertexIndices& b);
   void improve(const TriangleGap& gap, int triangle1, int triangle2);
   template <typename NotApart>
@@ -96,15 +96,14 @@ class NearestPair {
   TriangleSeparation triangles_;
   const DistanceRounding rounding_;
   double limit_ = 0;
-  double least_ = 0;  ///< a lower bound of the distance
-  double least_enough_ = std::numeric_limits<double>::infinity();  ///< a bound that ends the search
-  /// The triangles that define the line, and their distance.
-  VertexIndices near1_{}, near2_{};
-  double near_distance_ = 0;
+  double lower_bound_ = 0;                                        ///< of the distance of the meshes
+  double final_bound_ = std::numeric_limits<double>::infinity();  ///< a bound that ends the search
+  /// Vertices of the two triangles whose nearest points the line was set to, and their distance.
+  VertexIndices line_vertices1_{}, line_vertices2_{};
+  double line_distance_ = 0;
   bool is_refined_ = true;
   double enough_ = 0;  ///< a distance that ends the search
-  bool improved_ = false;
-  bool mostly_tied_ = false;
+  bool improved_ = false, mostly_tied_ = false;
   long triangle_tests_ = 0;
 };
 

@@ -13,34 +13,35 @@
 namespace adaptive_bvh {
 
 /// The triangles of two leaves, one of each tree, for TriangleBlock: in the first tree's
-/// coordinates, relative to the first corner of the second leaf. The first tree's positions are
-/// used with their residuals; the second's are transformed in double precision. docs/bounds.md, 5.
+/// coordinates and unit, relative to the first corner of the second leaf, which keeps single
+/// precision accurate. The first tree's positions are used with their residuals; the second's are
+/// transformed in double precision. docs/bounds.md, 5.
 class LeafBlocks {
  public:
   LeafBlocks(const PlacedMesh& second, const TreePair& trees) : placed2_(second), trees_(trees) {}
   LeafBlocks(const LeafBlocks&) = delete;
   LeafBlocks& operator=(const LeafBlocks&) = delete;
 
-  /// Sets a direction from the first to the second mesh, of length 1 or zero; bounds then use the
-  /// extents along it, too. Call it before the search, and again after the trees were aligned.
+  /// Sets a direction from the first to the second mesh, of length 1 or zero, in the first tree's
+  /// coordinates, for further bounds. Call this before the search, and after trees were aligned.
   void lookAlong(const Vector4x3& direction) {
     direction_ = direction;
-    second_of_ = slab_of_ = -1;
+    side2_leaf_ = slab_leaf_ = -1;
     const BodyCoordinates& first = trees_.first().coordinates();
     from_second_ = first.to_body * trees_.toFirst().R;
     origin_of_second_ = first(trees_.toFirst().T);
   }
-  /// Returns which pairs of triangles of two leaves may be within `limit`, in the first tree's
-  /// units: those whose first triangle is within `limit` of a slab around the second leaf. On
+  /// Returns the pairs of triangles in `pairs` that may be within `limit`, in the first tree's
+  /// unit: those whose first triangle is within `limit` of a slab around the second leaf. On
   /// surfaces that lie along each other these are few, and a slab takes as long as testing two
-  /// pairs. Bit 4 j + i is triangle i of the first leaf and j of the second.
+  /// pairs. Bit 4 j + i is triangle i of the leaf `first` and j of the leaf `second`.
   unsigned near(int first, int second, unsigned pairs, double limit) {
     const RelativeFrame& frame = trees_.frame();
     if (!frame.isPrecise()) return pairs;
     Vector4x3 corners[3];
-    if (slab_of_ != second || slab_limit_ != limit) {
+    if (slab_leaf_ != second || slab_limit_ != limit) {
       const WideTree& tree = trees_.second();
-      slab_of_ = second;
+      slab_leaf_ = second;
       slab_limit_ = limit;
       gatherLeaf(tree.slots(), tree.positions(), tree.nodes()[second], corners);
       if (!frame.isSame())
@@ -52,21 +53,20 @@ class LeafBlocks {
     gatherLeaf(tree.slots(), tree.positions(), tree.nodes()[first], corners);
     return pairs & ~(0x1111 * slab_.apart(corners));
   }
-  /// Returns the block of two leaves, given by their node numbers. Valid until the next call.
-  /// Consecutive calls often have the same second leaf.
+  /// Returns the block of two leaves. Valid until the next call.
   TriangleBlock operator()(int first, int second) {
-    if (second_of_ != second) readSecond(second);
+    if (side2_leaf_ != second) readSecond(second);  // consecutive calls often share it
     readFirst(trees_.first().nodes()[first]);
     return {side1_, side2_};
   }
-  /// Error of a bound, in the first tree's units, beyond what TriangleBlock subtracts.
+  /// Error of a bound, in the first tree's unit, beyond what TriangleBlock subtracts.
   double error() const {
     return 4 * (double(trees_.frame().preciseError()) + 4 * double(WideTree::kResidualError));
   }
 
  private:
-  /// Sets the rounded origin, and the remainder lost by the rounding. Not by cast<float>() and
-  /// back, because GCC 12 with -O3 removes both casts of a pair of numbers.
+  /// Sets the origin, rounded, and its rounding error. Does not use cast<float>() and back, because
+  /// GCC 12 with -O3 removes both casts of a pair of numbers.
   void setOrigin(const fcl::Vector3d& origin) {
     const Pack<double> xy{origin[0], origin[1]}, z{origin[2], 0};
     const Float4 rounded = float4::narrowed(xy, z);
@@ -85,7 +85,7 @@ class LeafBlocks {
     side1_ = TriangleSides(block1_, direction_);
   }
   void readSecond(int number) {
-    second_of_ = number;
+    side2_leaf_ = number;
     const WideNode& leaf = trees_.second().nodes()[number];
     fcl::Vector3d corners[4][3];
     for (int i = 0; i < 4; ++i) {
@@ -97,13 +97,13 @@ class LeafBlocks {
     const fcl::Vector3d origin = corners[0][0];
     setOrigin(origin);
     for (int k = 0; k < 3; ++k) {
-      Float4 seen[4];
+      Float4 relative[4];
       for (int i = 0; i < 4; ++i) {
         const fcl::Vector3d x = corners[i][k] - origin;
-        seen[i] =
+        relative[i] =
             Float4{static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2]), 0};
       }
-      block2_.corner[k] = float4::columns(seen[0], seen[1], seen[2], seen[3]);
+      block2_.corner[k] = float4::columns(relative[0], relative[1], relative[2], relative[3]);
     }
     side2_ = TriangleSides(block2_, direction_);
   }
@@ -111,25 +111,26 @@ class LeafBlocks {
   const PlacedMesh& placed2_;
   const TreePair& trees_;
   Vector4x3 direction_;
-  fcl::Matrix3d from_second_;  ///< maps the second mesh's frame to the first tree's coordinates
+  fcl::Matrix3d from_second_;  ///< these two map the second mesh's frame to the first tree
   fcl::Vector3d origin_of_second_;
   Triangles4 block1_, block2_;
-  TriangleSides side1_, side2_;
-  Vector4x3 origin_, origin_rest_;
-  int second_of_ = -1, slab_of_ = -1;
+  TriangleSides side1_, side2_;           ///< of block1_ and block2_
+  Vector4x3 origin_, origin_rest_;        ///< their sum is the origin of the blocks
+  int side2_leaf_ = -1, slab_leaf_ = -1;  ///< the leaves of block2_ and of slab_; -1 if unset
   double slab_limit_ = 0;
-  LeafSlab slab_;
+  LeafSlab slab_;  ///< around a leaf of the second tree, for slab_limit_
 };
 
-/// Limits for the gaps of boxes of two four-wide trees, in the coordinates of the first. Boxes are
-/// larger than their triangles by more than the rounding errors of both boxes and of their
+/// Converts distances to limits for squared gaps of boxes in the first tree's coordinates. Boxes
+/// are larger than their triangles by more than the rounding errors of both boxes and of their
 /// differences; only the errors of squares are added here: docs/bounds.md, 13.
 class BoxGaps {
  public:
   /// `scale`: WideTree::scale.
   explicit BoxGaps(double scale) : scale_(scale) {}
 
-  /// Two nodes whose squared gap is at least this are at least `distance` apart.
+  /// Returns the limit for `distance`, in the meshes' unit: two nodes whose squared gap is at least
+  /// this limit are at least `distance` apart.
   float squaredGapFor(double distance) const {
     const double gap = distance * scale_;
     constexpr double kLeast = 1e-30;  // squares of smaller gaps underflow
@@ -141,17 +142,20 @@ class BoxGaps {
   double scale_;
 };
 
-/// The exact distance of two meshes: branch and bound on their four-wide trees, nearest pair of
-/// nodes first.
+/// The exact distance of two meshes: branch and bound on pairs of nodes of their four-wide trees,
+/// depth first and the nearest child pair first. At first, pairs of nodes are bounded by the gaps
+/// of their boxes. A search that takes long buys tighter bounds, each after a number of box tests
+/// that is in proportion to its cost (runDueSteps): a better line between the nearest points,
+/// aligned trees, supports (extents of nodes along that line), for bodies far apart a LineView.
 class NearestSearch {
  public:
-  /// `supports_first`: begins with supports, instead of first measuring whether they pay.
+  /// Lowers the distance in `nearest`. `supports_first`: computes supports at once.
   NearestSearch(const PlacedMesh& first, const PlacedMesh& second, NearestPair& nearest,
                 bool supports_first = false);
 
-  /// Tests pairs of triangles until the nearest pair is found, or is near enough.
+  /// Searches until `nearest` has the nearest pair, or a pair near enough (NearestPair::stopAt).
   void run();
-  /// Whether supports separated many pairs of nodes. They will then do so in a similar search.
+  /// Whether supports separated many pairs of nodes, as they then will in a similar search.
   bool supportsPaid() const {
     return has_supports_ && apart_pairs_ * kPairsPerSeparation >= near_pairs_;
   }
@@ -159,38 +163,40 @@ class NearestSearch {
   long boxTests() const { return box_tests_; }
 
  private:
-  /// A pair of nodes still to be searched, and the squared gap of their boxes.
+  /// A pair of nodes still to be searched, by their numbers.
   struct Pair {
     int first, second;
-    float gap;
+    float key;  ///< grows with the distance: the squared gap of the boxes, or the key of the view
   };
   struct Memory {
     std::vector<Pair> open;
-    LineSeparation line;
+    LineSeparation supports;
   };
 
   void setLimit();
-  bool takeStage();
-  bool takeStages();
+  bool runDueSteps();
+  bool trySteps();
   [[gnu::noinline]] void moveNearestToEnd();
   ADAPTIVE_BVH_INLINE Pair takeNext();
   void align();
-  void lookAlong(const TriangleSeparation::Line& line, double extent1, double extent2);
+  void setView(const TriangleSeparation::Line& line, double extent1, double extent2);
   bool refineLine();
-  bool check();
-  void tryBoxes();
+  bool areSeparated();
+  void tryLineOfBoxes();
   bool isFartherThan(double radii) const;
-  bool isApart() const;
+  bool areFarApart() const;
   void trySupports();
-  bool tryHulls();
+  bool tryLineOfHulls();
   long setSupportParts();
+  // The boxes i of node `first` and j of node `second` that may be nearer than the limit, as bits
+  // 4 j + i, and the keys of all pairs of boxes (Pair::key).
   [[gnu::noinline]] unsigned nearInView(int first, int second, const LineSeparation* supports,
-                                        Gaps4x4& gaps);
-  ADAPTIVE_BVH_INLINE unsigned nearBoxes(int first, int second, Gaps4x4& gaps);
-  ADAPTIVE_BVH_INLINE unsigned nearLanes(int first, int second, Gaps4x4& gaps);
+                                        Gaps4x4& keys);
+  ADAPTIVE_BVH_INLINE unsigned nearByBoxes(int first, int second, Gaps4x4& keys);
+  ADAPTIVE_BVH_INLINE unsigned nearByAll(int first, int second, Gaps4x4& keys);
   void visit(const Pair& pair);
-  void push(const Pair& pair, const Gaps4x4& gaps, unsigned pairs);
-  void testLeaves(const Pair& pair, unsigned open);
+  void push(const Pair& pair, const Gaps4x4& keys, unsigned pairs);
+  void testLeaves(const Pair& pair, unsigned pairs);
   const Boxes4& secondBoxes(int node);
 
   NearestPair& nearest_;
@@ -199,27 +205,25 @@ class NearestSearch {
   const bool supports_first_;
   bool is_same_;  ///< whether both trees have the same coordinates
   const Leased<Memory> memory_;
-  std::vector<Pair>& open_;
-  LineSeparation& line_;
+  std::vector<Pair>& open_;  ///< a stack of the pairs still to be searched
+  LineSeparation& supports_;
   LeafBlocks blocks_;
-  double limit_ = -1;  ///< that of `nearest_`
-  float limit2_ = 0;   ///< as a squared gap
-  /// Direction between the nearest points, in the first tree's coordinates.
-  fcl::Vector3d direction_ = fcl::Vector3d::Zero();
+  double limit_ = -1;    ///< nearest_.limit() when bounds were last set by it; -1 to set them again
+  float key_limit_ = 0;  ///< pairs with this key, or a larger one, are not nearer than the limit
+  fcl::Vector3d direction_ = fcl::Vector3d::Zero();  ///< of the line, in the first tree
   LineView view_;
-  bool has_view_ = false;  ///< whether boxes are bounded along a line
-  bool has_supports_ = false;
+  bool has_view_ = false, has_supports_ = false;  ///< whether view_ and supports_ are in use
   /// Whether the last visit added pairs. The nearest of them is the last of `open_`.
   bool has_next_ = false;
-  std::size_t heap_ = 0;  ///< with a line: this many of `open_` are a heap
-  long next_line_, next_view_, next_check_, next_hulls_;
-  long next_supports_, next_alignment_;
-  long next_stage_ = 0;  ///< the smallest of these
-  /// Supports pay if they separate at least one of this many pairs.
-  static constexpr long kPairsPerSeparation = 8;
-  long near_pairs_ = 0, apart_pairs_ = 0;  ///< near pairs of nodes; pairs separated by supports
-  int turned_node_ = -1;                   ///< node of turned_
-  Boxes4 turned_;
+  std::size_t heap_size_ = 0;  ///< the first pairs of `open_` that form a heap (moveNearestToEnd)
+  /// For each step, the number of box tests after which it is due.
+  long next_line_, next_view_, next_check_, next_hulls_, next_supports_, next_alignment_;
+  long next_step_ = 0;                            ///< the smallest of these
+  static constexpr long kPairsPerSeparation = 8;  ///< supports pay if they separate 1 of 8 pairs
+  /// Pairs of nodes with near boxes since supports were computed; those that supports separated.
+  long near_pairs_ = 0, apart_pairs_ = 0;
+  int turned_node_ = -1;  ///< a node of the second tree
+  Boxes4 turned_;         ///< its boxes in the first tree's coordinates
   long box_tests_ = 0;
 };
 

@@ -1,3 +1,4 @@
+// Extents of the nodes of a tree along a direction, computed bottom-up from the vertices.
 #include "query/nearest/supports.h"
 
 #include <algorithm>
@@ -8,18 +9,21 @@ namespace {
 
 constexpr double kNoExtent = -std::numeric_limits<double>::infinity();
 
-/// The slots of the leaves in a range of nodes, and perhaps a few more.
+/// A range of slots (VertexSlots) that has all vertices of some leaves, and perhaps a few more.
 struct SlotRange {
   std::size_t begin, end;
 };
+/// Returns the slots of a subtree, the nodes from `begin` to `end` - 1: from the first slot of the
+/// first leaf's block to the end of the last leaf's block, where the next block begins.
 SlotRange slotsOf(const WideTree& tree, int begin, int end) {
   const VertexSlots& slots = tree.slots();
-  while (!tree.nodes()[begin].isLeaf()) ++begin;  // nodes below a node follow it
+  while (!tree.nodes()[begin].isLeaf()) ++begin;  // to the first leaf: depth-first order
   const WideNode& last = tree.nodes()[end - 1];   // a leaf
+  // Triangles by their index in the order of the leaves; `after` is the first beyond the subtree.
   const auto first = std::size_t(tree.nodes()[begin].first),
-             behind = std::size_t(last.first) + last.count;
-  const unsigned block = slots.blockStart(behind - 1);
-  const std::size_t next = behind < slots.leaves() ? slots.blockStart(behind) : slots.used();
+             after = std::size_t(last.first) + last.count;
+  const unsigned block = slots.blockStart(after - 1);
+  const std::size_t next = after < slots.leaves() ? slots.blockStart(after) : slots.used();
   return {slots.blockStart(first),
           next != block ? next : std::min<std::size_t>(block + VertexSlots::kBlock, slots.used())};
 }
@@ -38,6 +42,7 @@ std::size_t Supports::setPart(const WideTree& tree, const NearLanes& near) {
       run.lanes = near(run.begin);
       for (int i = int(node.count); i-- > 0; run.end = node.below[i])
         if (run.lanes >> i & 1) open_.push_back({node.below[i], run.end, 15, 0, 0});
+      // Now run.end is the first child, so the run is this node alone.
     } else {
       const SlotRange slots = slotsOf(tree, run.begin, run.end);
       run.first_slot = slots.begin;
@@ -55,19 +60,20 @@ bool Supports::covers(int node) const {
   return after != runs_.begin() && node < (after - 1)->end;
 }
 
-inline void Supports::computeNode(const WideTree& tree, int n) {
-  const WideNode& node = tree.nodes()[n];
-  Four& extent = extents_[static_cast<std::size_t>(n)];
+/// Computes the extents of a node from its vertices or children.
+inline void Supports::computeNode(const WideTree& tree, int number) {
+  const WideNode& node = tree.nodes()[number];
+  Four& extent = extents_[static_cast<std::size_t>(number)];
   for (int i = 0; i < 4; ++i) {
     if (i >= int(node.count)) {
-      extent.of[i] = kNoExtent;
+      extent.lane[i] = kNoExtent;
     } else if (node.isLeaf()) {
-      const VertexIndices at =
-          tree.slots().slotsOf(static_cast<std::size_t>(node.first) + std::size_t(i));
-      extent.of[i] = std::max(std::max(of_slot_[at[0]], of_slot_[at[1]]), of_slot_[at[2]]);
+      const VertexIndices slots = tree.slots().slotsOf(std::size_t(node.first) + std::size_t(i));
+      extent.lane[i] = std::max(std::max(slot_extents_[slots[0]], slot_extents_[slots[1]]),
+                                slot_extents_[slots[2]]);
     } else {
-      const double* const below = extents_[static_cast<std::size_t>(node.below[i])].of;
-      extent.of[i] = std::max(std::max(below[0], below[1]), std::max(below[2], below[3]));
+      const double* const below = extents_[static_cast<std::size_t>(node.below[i])].lane;
+      extent.lane[i] = std::max(std::max(below[0], below[1]), std::max(below[2], below[3]));
     }
   }
 }
@@ -75,15 +81,17 @@ inline void Supports::computeNode(const WideTree& tree, int n) {
 void Supports::compute(const WideTree& tree, const fcl::Vector3d* vertices,
                        const fcl::Vector3d& from, const fcl::Vector3d& direction) {
   const std::vector<unsigned>& vertex_of = tree.slots().vertices();
-  of_slot_.resize(vertex_of.size());
+  slot_extents_.resize(vertex_of.size());
   for (const Run& run : runs_)
     for (std::size_t i = run.first_slot; i < run.end_slot; ++i)
-      of_slot_[i] = direction.dot(vertices[vertex_of[i]] - from);
+      slot_extents_[i] = direction.dot(vertices[vertex_of[i]] - from);
   extents_.resize(static_cast<std::size_t>(tree.size()));
+  // In reverse order, so that children come before their parent.
   for (auto run = runs_.rbegin(); run != runs_.rend(); ++run) {
     for (int n = run->end; n-- > run->begin;) computeNode(tree, n);
-    for (int i = 0; i < 4; ++i)
-      if (!(run->lanes >> i & 1)) extents_[static_cast<std::size_t>(run->begin)].of[i] = kNoExtent;
+    for (int i = 0; i < 4; ++i)  // the children in these boxes are not in the part
+      if (!(run->lanes >> i & 1))
+        extents_[static_cast<std::size_t>(run->begin)].lane[i] = kNoExtent;
   }
 }
 

@@ -9,22 +9,23 @@
 
 namespace adaptive_bvh {
 
-/// Returns, as bits, which boxes of a node may hold triangles near the other mesh.
+/// Returns, as a bit for each box of a node, whether its contents may be near the other body.
 using NearLanes = std::function<unsigned(int node)>;
 
-/// How far the contents of each box of a four-wide tree extend along one direction, for the part of
-/// the tree that may be near another mesh.
+/// How far the vertices in each box of a four-wide tree extend along one direction (values of their
+/// support function), for the part of the tree that may be near another body.
 class Supports {
  public:
   /// Four numbers, one for each box of a node.
   struct alignas(32) Four {
-    double of[4];
+    double lane[4];
   };
 
-  /// The part of the tree consists of whole subtrees of at most this many nodes.
+  /// A subtree of at most this many nodes is in the part as a whole or not at all.
   static constexpr int kSmall = 128;
 
-  /// Sets the part of the tree. Returns the number of positions that `compute` reads.
+  /// Sets the part of the tree: the root, and the nodes below boxes that `near` reports. Returns
+  /// the number of positions that `compute` reads.
   std::size_t setPart(const WideTree& tree, const NearLanes& near);
   /// Computes the extents from the point `from` along a direction of length 1, in the mesh's frame
   /// and unit. Their rounding error is that of TriangleSeparation::separation.
@@ -32,33 +33,33 @@ class Supports {
                const fcl::Vector3d& direction);
   /// Whether a node is in the part.
   bool covers(int node) const;
-  /// Extents of the boxes of a node in the part. -infinity for a missing box, or one that is not
-  /// near.
+  /// Returns the extents of a node's boxes: -infinity for a box that is unused or not near.
   const Four& operator[](int node) const { return extents_[static_cast<std::size_t>(node)]; }
   /// The largest extent in the whole part.
-  double largest() const { return *std::max_element(extents_[0].of, extents_[0].of + 4); }
+  double largest() const { return *std::max_element(extents_[0].lane, extents_[0].lane + 4); }
 
  private:
-  /// Consecutive nodes: a node of which some boxes are near, or a node with its whole subtree.
+  /// A piece of the part: a single node, or a small subtree, whose nodes have consecutive numbers.
   struct Run {
-    int begin, end;
-    unsigned lanes;
-    std::size_t first_slot, end_slot;  ///< of the leaves of the run
+    int begin, end;                    ///< range of node numbers
+    unsigned lanes;                    ///< the boxes of the first node that may be near
+    std::size_t first_slot, end_slot;  ///< slots of its leaves; equal for a single node
   };
-  void computeNode(const WideTree& tree, int n);
+  void computeNode(const WideTree& tree, int number);
 
-  std::vector<Run> runs_, open_;
-  std::vector<double> of_slot_;
-  std::vector<Four> extents_;
+  std::vector<Run> runs_;  ///< the part, in the order of nodes: children follow their parent
+  std::vector<Run> open_;  ///< setPart: the subtrees still to divide
+  std::vector<double> slot_extents_;
+  std::vector<Four> extents_;  ///< by node number; set for nodes of the part
 };
 
-/// The separations of the nodes of two trees along one line. If the nearest points of two bodies
-/// are nearly known, the line between them separates nodes that boxes, which lie along other axes,
-/// do not. Computed in double precision, so that parallel faces are separated by their distance.
-/// docs/bounds.md, 18.
+/// Separations of the nodes of two meshes' trees along one line, TriangleSeparation's: supports of
+/// both meshes toward each other. If the nearest points of two bodies are nearly known, the line
+/// between them separates nodes that boxes, which lie along other axes, do not. In double
+/// precision, so that parallel faces are separated by their distance. docs/bounds.md, 18.
 class LineSeparation {
  public:
-  /// Sets the parts of both trees. Returns the cost of `compute`, in box tests.
+  /// Sets the parts of both trees (Supports). Returns the cost of `compute`, in box tests.
   long setParts(const WideTree& first, const NearLanes& near1, const WideTree& second,
                 const NearLanes& near2) {
     return static_cast<long>(first_.setPart(first, near1) + second_.setPart(second, near2)) / 2;
@@ -68,30 +69,28 @@ class LineSeparation {
     return static_cast<long>(first.slots().size() + second.slots().size()) / 2;
   }
   void compute(const WideTree& first, const WideTree& second, const TriangleSeparation& triangles);
-  /// Whether two nodes may be near each other. Call `apart` only for such nodes and the nodes below
-  /// them.
+  /// Whether both nodes are in the parts. If not, they are not near each other. Call `apart` and
+  /// `extents1`, `extents2` only for nodes in the parts.
   bool covers(int first, int second) const {
     return first_.covers(first) && second_.covers(second);
   }
-  /// How far the contents of a node's boxes extend toward the other mesh, from the points of the
-  /// line.
+  /// Returns how far the contents of a node's boxes extend toward the other mesh, from the line's
+  /// point on their own mesh; extent1 and extent2 return the largest extents of all boxes.
   const Supports::Four& extents1(int node) const { return first_[node]; }
   const Supports::Four& extents2(int node) const { return second_[node]; }
-  /// The largest extent of all.
   double extent1() const { return first_.largest(); }
   double extent2() const { return second_.largest(); }
-  /// Sets the distance with which separations are compared.
-  void setLimit(double distance) { rest_ = offset_ - distance; }
+  void setLimit(double distance) { room_ = offset_ - distance; }  ///< for `apart`
 
-  /// Returns which boxes of two nodes hold triangles at least the limit apart: bit 4 j + i for box
-  /// i of the first and j of the second.
+  /// Returns which boxes i and j of two nodes are at least the limit apart, as bits 4 j + i.
   ADAPTIVE_BVH_INLINE unsigned apart(int first, int second) const {
-    const double *const h1 = first_[first].of, *const h2 = second_[second].of;
-    const Pack<double> low = packs::load(h1), high = packs::load(h1 + 2), rest = packs::all(rest_);
+    const double *const extent1 = first_[first].lane, *const extent2 = second_[second].lane;
+    const Pack<double> boxes01 = packs::load(extent1), boxes23 = packs::load(extent1 + 2),
+                       room = packs::all(room_);
     unsigned bits = 0;
     for (int j = 0; j < 4; ++j) {
-      const Pack<double> other = packs::all(h2[j]);
-      bits |= (packs::bitsOf2(low + other <= rest) | packs::bitsOf2(high + other <= rest) << 2)
+      const Pack<double> e2 = packs::all(extent2[j]);
+      bits |= (packs::bitsOf2(boxes01 + e2 <= room) | packs::bitsOf2(boxes23 + e2 <= room) << 2)
               << (4 * j);
     }
     return bits;
@@ -99,8 +98,8 @@ class LineSeparation {
 
  private:
   Supports first_, second_;
-  double offset_ = 0;  ///< along the line, from the first of its points to the second
-  double rest_ = 0;    ///< two extents separate if their sum is at most this
+  double offset_ = 0;  ///< distance of the line's two points along the line
+  double room_ = 0;    ///< two boxes are apart if their extents sum up to at most this
 };
 
 }  // namespace adaptive_bvh

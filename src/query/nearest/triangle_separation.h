@@ -12,28 +12,28 @@
 
 namespace adaptive_bvh {
 
-/// The distance of two triangles, one of each mesh, and cheap lower bounds of it, in the frame of
-/// the first mesh and in double precision.
+/// The distance of two triangles, one of each of two meshes, and a cheap lower bound: their
+/// separation along a line. In double precision and the meshes' unit. Triangles are given by their
+/// three vertex indices: `a` of the first mesh, `b` of the second.
 class TriangleSeparation {
  public:
   using Point = fcl::Vector3d;
 
-  /// A line between a point of the first mesh and one of the second. Each point, and the line's
-  /// direction of length 1, is in its mesh's own frame. Both directions are zero before a line is
-  /// set.
+  /// A point near each mesh, and a direction of length 1 from the first mesh to the second. Both
+  /// directions are zero before the line is set.
   struct Line {
-    Point from = Point::Zero(), along1 = Point::Zero();
-    Point to = Point::Zero(), along2 = Point::Zero();
-    double offset = 0;  ///< distance of the points along the line
+    Point from = Point::Zero(), along1 = Point::Zero();  ///< in the first mesh's frame
+    Point to = Point::Zero(), along2 = Point::Zero();    ///< in the second's: the same direction
+    double offset = 0;  ///< position of `to` along the direction, relative to `from`
   };
 
+  /// `to_first`: maps the second mesh's frame to the first's.
   TriangleSeparation(const Point* vertices1, const Point* vertices2,
                      const RelativePlacement& to_first)
       : vertices1_(vertices1), vertices2_(vertices2), to_first_(to_first) {}
 
-  /// Sets the line along which separations are measured: from `from`, on the first mesh, to `to`,
-  /// on the second; both in the first's frame. Does nothing if the points are so near each other
-  /// that squares underflow.
+  /// Sets the line from a point of the first mesh to a point of the second, both in the first's
+  /// frame. Does nothing if the points are so near each other that squares underflow.
   void lookAlong(const Point& from, const Point& to) {
     const double length = (to - from).norm();
     if (length > rounding::tiny<double>()) setLine(from, to, (to - from) / length);
@@ -41,7 +41,7 @@ class TriangleSeparation {
   /// Turns the line to the normal of one of two triangles, if that is nearly the same direction and
   /// separates the triangles by at least `enough`.
   void preferNormals(const VertexIndices& a, const VertexIndices& b, double enough) {
-    constexpr double kNearly = 0.999;
+    constexpr double kNearly = 0.999;  // cosine of the largest angle
     const Point normals[2] = {
         normalOf(first(a[0]), first(a[1]), first(a[2])),
         to_first_.R * normalOf(vertices2_[b[0]], vertices2_[b[1]], vertices2_[b[2]])};
@@ -67,20 +67,18 @@ class TriangleSeparation {
   const Point* vertices1() const { return vertices1_; }
   const Point* vertices2() const { return vertices2_; }
 
-  /// How far apart two triangles are along the line: a lower bound of their distance. Everything is
-  /// measured from the line's two points, so that hardly any digit is lost near them, where it
-  /// matters.
+  /// Returns how far triangle b is beyond triangle a along the line: a lower bound of their
+  /// distance; may be negative. Positions are relative to the line's point on their mesh, so that
+  /// few digits are lost near these points, where accuracy matters.
   double separation(const VertexIndices& a, const VertexIndices& b) const {
-    const auto on1 = [&](unsigned v) -> double { return line_.along1.dot(first(v) - line_.from); };
-    const auto on2 = [&](unsigned v) -> double {
-      return line_.along2.dot(vertices2_[v] - line_.to);
-    };
-    const double high = std::max(std::max(on1(a[0]), on1(a[1])), on1(a[2]));
-    const double low = std::min(std::min(on2(b[0]), on2(b[1])), on2(b[2]));
-    return low + line_.offset - high;
+    const auto x1 = [&](auto v) -> double { return line_.along1.dot(first(v) - line_.from); };
+    const auto x2 = [&](auto v) -> double { return line_.along2.dot(vertices2_[v] - line_.to); };
+    const double high1 = std::max(std::max(x1(a[0]), x1(a[1])), x1(a[2]));
+    const double low2 = std::min(std::min(x2(b[0]), x2(b[1])), x2(b[2]));
+    return low2 + line_.offset - high1;
   }
 
-  /// The distance of two triangles, and their nearest points.
+  /// Returns the distance of two triangles and their nearest points, in the first mesh's frame.
   TriangleGap gap(const VertexIndices& a, const VertexIndices& b) const {
     return gapOf({first(a[0]), first(a[1]), first(a[2])},
                  {secondInFirst(b[0]), secondInFirst(b[1]), secondInFirst(b[2])});
@@ -105,17 +103,17 @@ class TriangleSeparation {
   Line line_;
 };
 
-/// Pairs of triangles of two leaves that single precision cannot tell from the limit, and their
-/// separations in double precision. One direction is tested for all pairs at once: where surfaces
-/// lie along each other, most pairs of two leaves are equally near and share their normals.
+/// Separations in double precision of pairs of triangles of two leaves that are tied: single
+/// precision cannot decide whether they are nearer than a limit. Tests each direction for all
+/// pairs: where surfaces lie along each other, most pairs are equally near and share normals.
 ///
 /// A pair is a bit: 4 j + i for triangle i of the first leaf and j of the second. Coordinates are
-/// those of the first mesh's frame, relative to a corner, so that hardly any digit is lost.
+/// those of the first mesh's frame, relative to a corner, so that few digits are lost.
 class TiedTriangles {
  public:
   using Point = fcl::Vector3d;
 
-  /// `first` and `second` return the vertices of a triangle of a leaf.
+  /// first(i), second(j): vertices of a triangle of each leaf. Reads only the triangles of `pairs`.
   template <typename First, typename Second>
   TiedTriangles(const TriangleSeparation& triangles, unsigned pairs, const First& first,
                 const Second& second) {
@@ -133,8 +131,8 @@ class TiedTriangles {
     }
   }
 
-  /// Returns which of the pairs are at least `limit`, > 0, apart along a direction of any length,
-  /// whichever triangle comes first. None if the square of the length underflows.
+  /// Returns which of `pairs` are at least `limit` > 0 apart along a direction of any length,
+  /// whichever triangle comes first. None if the square of that length underflows.
   unsigned apartAlong(const Point& along, double limit, unsigned pairs) const {
     const double length = along.norm();
     if (!(length > rounding::tiny<double>())) return 0;
@@ -147,8 +145,8 @@ class TiedTriangles {
                  << (4 * j + i);
     return apart & pairs;
   }
-  /// Returns which of the pairs are at least `limit` apart along the line between the centroids of
-  /// the pair `bit`, or along a normal of its triangles. Stops when that pair is.
+  /// Returns which of `pairs` are found to be at least `limit` apart. Tries directions for the pair
+  /// `bit` until that pair is apart: both normals, and three times the centroids' difference.
   unsigned apartNear(int bit, double limit, unsigned pairs) const {
     const int i = bit & 3, j = bit >> 2;
     unsigned apart = 0;
@@ -162,10 +160,11 @@ class TiedTriangles {
   }
 
  private:
+  /// Projections of four triangles on a direction.
   struct Ranges {
     double low[4], high[4];
   };
-  /// Corners of four triangles.
+  /// Corners of four triangles: x[c][k] is that of corner c of triangle k.
   struct Corners {
     double x[3][4] = {}, y[3][4] = {}, z[3][4] = {};
 
@@ -182,11 +181,11 @@ class TiedTriangles {
     Ranges along(const Point& direction) const {
       Ranges ranges;
       for (int k = 0; k < 4; ++k) {
-        double at[3];
+        double dot[3];
         for (int c = 0; c < 3; ++c)
-          at[c] = direction[0] * x[c][k] + direction[1] * y[c][k] + direction[2] * z[c][k];
-        ranges.low[k] = std::min(std::min(at[0], at[1]), at[2]);
-        ranges.high[k] = std::max(std::max(at[0], at[1]), at[2]);
+          dot[c] = direction[0] * x[c][k] + direction[1] * y[c][k] + direction[2] * z[c][k];
+        ranges.low[k] = std::min(std::min(dot[0], dot[1]), dot[2]);
+        ranges.high[k] = std::max(std::max(dot[0], dot[1]), dot[2]);
       }
       return ranges;
     }

@@ -33,7 +33,8 @@ bool isPrecise(double value, const TrianglePoints<double>& face, const fcl::Vect
 /// parallel faces these have hardly a correct digit; then exact ones replace them.
 double crossingParameter(const TrianglePoints<double>& face, const fcl::Vector3d& p,
                          const fcl::Vector3d& q, double at_p, double at_q) {
-  if (isTaken(Shortcut::RoundedPredicates) && isPrecise(at_p, face, p) && isPrecise(at_q, face, q)) {
+  if (isTaken(Shortcut::RoundedPredicates) && isPrecise(at_p, face, p) &&
+      isPrecise(at_q, face, q)) {
     const double a = 0.25 * std::fabs(at_p), b = 0.25 * std::fabs(at_q);  // their sum is finite
     return a / (a + b);
   }

@@ -12,12 +12,16 @@
 #include "query/within/near_search.h"
 #include "query/within/rigid_motion.h"
 
+// CoherentProximity: isNearer for one pair of meshes, step after step. "Near" means within the
+// distance of the call. A near pair proves that the meshes are near. A lower bound of the distance,
+// less the motion since, proves that they are not: docs/bounds.md, 7.
 namespace adaptive_bvh {
 namespace {
 
 /// The index of each triangle of a mesh in the order of the tree's leaves.
 class LeafIndices {
  public:
+  /// Computes the indices, unless they are those of this mesh already.
   void assign(const MeshState& mesh) {
     if (topology_ == mesh.topology) return;
     topology_.reset();  // until the indices are those of the new topology
@@ -33,8 +37,8 @@ class LeafIndices {
   std::vector<unsigned> indices_;
 };
 
-/// The triangles around a pair of leaves: some before and after each in the order of the tree.
-/// While two bodies stay in touch, the place where they touch moves, but rarely far.
+/// The triangles around a pair: up to 64 before and after each in the order of the leaves. While
+/// two bodies stay in touch, the place where they touch moves, but rarely far.
 class Surroundings {
  public:
   Surroundings(const PairOfMeshes& meshes, const LeafIndexPair& around)
@@ -44,7 +48,7 @@ class Surroundings {
     for (Side* side : {&first_, &second_}) side->bound();
   }
 
-  /// Whether any two of the triangles are within `distance`; `found` is set to the first two.
+  /// Whether any two of the triangles are within `distance`. Sets `found` to the first such pair.
   bool find(double distance, LeafIndexPair& found) {
     second_.keep(distance, first_.box);
     first_.keep(distance, second_.box);
@@ -53,17 +57,18 @@ class Surroundings {
         if (a.box.distance(b.box) <= distance &&
             !areSurelyFarther(a.corners, b.corners, distance) &&
             gapOf(a.corners, b.corners).distance <= distance) {
-          found = {a.leaf, b.leaf};
+          found = {a.leaf_index, b.leaf_index};
           return true;
         }
     return false;
   }
 
  private:
+  /// The triangles of one mesh.
   struct Side {
     struct Triangle {
-      unsigned leaf;
-      TrianglePoints<double> corners;
+      unsigned leaf_index;
+      TrianglePoints<double> corners;  ///< in the first mesh's frame
       fcl::AABBd box;
     };
 
@@ -72,10 +77,10 @@ class Surroundings {
       const auto size = static_cast<unsigned>(mesh.mesh.numTriangles());
       const unsigned end = std::min(around + kBeside, size);
       triangles.reserve(2 * kBeside);
-      for (unsigned i = around > kBeside ? around - kBeside : 0; i < end; ++i) {
+      for (unsigned i = around > kBeside ? around - kBeside : 0; i < end; ++i)
         triangles.push_back({i, mesh.pointsAt(i), {}});
-      }
     }
+    /// Sets the boxes.
     void bound() {
       for (Triangle& t : triangles) {
         t.box = fcl::AABBd(t.corners[0], t.corners[1], t.corners[2]);
@@ -91,32 +96,32 @@ class Surroundings {
     }
 
     Scratch<Triangle> triangles;
-    fcl::AABBd box;
+    fcl::AABBd box;  ///< of all triangles
   };
 
   Side first_, second_;
 };
 
-/// What is known of two meshes from call to call.
+/// What is known about the distance of two meshes from call to call.
 struct KnownProximity {
   using Meshes = PairOfMeshes;
 
   RigidMotion rigid;
-  /// Total motion of the meshes when the bound was found, and at the last call.
-  double moved_then = 0, moved = 0;
-  double step = 0, last_step = 0;  ///< motion before each of the last two calls
+  double moved = 0;                ///< total motion of the meshes up to the last call, rounded up
+  double moved_at_bound = 0;       ///< `moved` when the bound was set
+  double step = 0, last_step = 0;  ///< motion between the last two calls, and between those before
   int calls = 0;
-  double bound = -1;  ///< lower bound of the distance when it was found; negative if there is none
-  std::size_t searches = 0;
-  TrianglePair witness{0, 0};
-  /// Leaves of the pair that the last successful search found.
+  double bound = -1;  ///< lower bound of the distance when it was set; negative if there is none
+  std::size_t searches = 0;    ///< number of calls that had to search
+  TrianglePair witness{0, 0};  ///< two triangles that are probably close
+  /// Indices in the order of the leaves of the last pair that was near; none if it no longer is.
   std::optional<LeafIndexPair> near;
   LeafIndices leaf_indices[2];
-  /// Values of each mesh at the last call.
+  /// MeshState::lineage and MeshState::travel of each mesh at the last call.
   std::uint64_t lineages[2] = {0, 0};
   double travels[2] = {0, 0};
 
-  /// Records a pair of triangles that are near. Returns true.
+  /// Records a near pair of triangles. Returns true, the answer of a call with a near pair.
   bool setNear(const Meshes& meshes, const TrianglePair& pair) {
     witness = pair;
     leaf_indices[0].assign(meshes.first.mesh);
@@ -124,113 +129,113 @@ struct KnownProximity {
     near = LeafIndexPair{leaf_indices[0][pair.first], leaf_indices[1][pair.second]};
     return true;
   }
-  /// Whether there is a near pair around the recorded leaves.
+  /// Whether there is a near pair among the triangles around the recorded pair.
   bool isStillNear(const Meshes& meshes, double distance) {
     if (near && Surroundings(meshes, *near).find(distance, *near)) return true;
     near.reset();
     return false;
   }
 
-  /// Whether both meshes have continued the sequence of updates of the last call: neither was
-  /// replaced by another mesh, or by an older snapshot of itself.
-  bool haveGoneOn(const Meshes& meshes) {
-    bool have_gone_on = true;
+  /// Whether both meshes continue the sequence of updates of the last call: neither was replaced by
+  /// another mesh, or by an older snapshot of itself. Records both sequences for the next call.
+  bool continuesUpdates(const Meshes& meshes) {
+    bool continues = true;
     for (int i = 0; i < 2; ++i) {
       const MeshState& mesh = (i == 0 ? meshes.first : meshes.second).mesh;
-      have_gone_on = have_gone_on && mesh.lineage == lineages[i] && mesh.travel >= travels[i];
+      continues = continues && mesh.lineage == lineages[i] && mesh.travel >= travels[i];
       lineages[i] = mesh.lineage;
       travels[i] = mesh.travel;
     }
-    if (!have_gone_on) near.reset();
-    return have_gone_on;
+    if (!continues) near.reset();
+    return continues;
   }
-  /// Records how far the meshes have moved since the last call.
+  /// Records how far the meshes have moved since the last call. If unknown, discards the bound.
   void move(const Meshes& meshes) {
-    const bool have_gone_on = haveGoneOn(meshes);
-    const bool moves_on = rigid.moveTo(meshes.first, meshes.second);
+    const bool continues_updates = continuesUpdates(meshes);
+    const bool continues_sum = rigid.moveTo(meshes.first, meshes.second);
     const double before = moved;
     moved = rounding::sum(rounding::sum(rigid.sum(), travels[0]), travels[1]);
-    const bool goes_on = have_gone_on && moves_on;
-    if (!goes_on) bound = -1;
+    const bool is_known = continues_updates && continues_sum;
+    if (!is_known) bound = -1;
     last_step = step;
-    step = goes_on && calls > 0 ? moved - before : 0;
+    step = is_known && calls > 0 ? moved - before : 0;
     ++calls;
   }
-  /// Whether the bound proves that no pair is within `distance`. The sums of motion are rounded up;
-  /// the last term exceeds the rounding of their sum and difference.
+  /// Whether the bound proves that no pair is within `distance`: pairs have come nearer by at most
+  /// the motion since. The last term exceeds the rounding of the sum and difference of motions.
   bool isSurelyFarther(double distance) const {
     constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
-    return bound >= 0 && bound > distance + (moved - moved_then) + kRounding * (moved + bound);
+    return bound >= 0 && bound > distance + (moved - moved_at_bound) + kRounding * (moved + bound);
   }
 
-  /// Whether computing a bound is worthwhile, because it may last for some steps. Otherwise it is
-  /// faster to search for near pairs. Before the first step, compares bounding spheres.
+  /// Whether computing a bound is worthwhile, because it may last for kSteps steps: the distance of
+  /// the witness, which no bound can exceed, leaves room for their motion. Otherwise it is faster
+  /// to search for near pairs. Before the first step, compares bounding spheres.
   bool isBoundWorth(const Meshes& meshes, double distance) const {
     const double room = meshes.gap(witness).distance - distance;
     const bool may_last =
-        calls > 1 ? !(room <= kSteps * usualStep())
+        calls > 1 ? !(room <= kSteps * recentStep())
                   : areBallsFarther(meshes.first, meshes.second, meshes.to_first, distance);
     return may_last || !isFewEdges(meshes, distance);
   }
 
-  /// Searches for a near pair, after tests of the known pair and of two triangles that are
-  /// probably close.
+  /// Returns whether there is a near pair: the witness, that of closeTriangles, or any other.
   bool searchNear(const Meshes& meshes, double distance) {
-    const double known = meshes.gap(witness).distance;
-    if (known <= distance) return setNear(meshes, witness);
+    const double witness_distance = meshes.gap(witness).distance;
+    if (witness_distance <= distance) return setNear(meshes, witness);
     ++searches;
     const TrianglePair close = closeTriangles(meshes);
-    const double apart = meshes.gap(close).distance;
-    if (apart <= distance) return setNear(meshes, close);
+    const double close_distance = meshes.gap(close).distance;
+    if (close_distance <= distance) return setNear(meshes, close);
     TrianglePair found{0, 0};
     if (searchAny(meshes, distance, found)) return setNear(meshes, found);
-    if (apart < known) witness = close;
+    if (close_distance < witness_distance) witness = close;
     return false;
   }
-  /// Like searchNear, but also finds a bound: `distance` plus the motion of several steps like the
-  /// last ones, or plus a part of the gap of two known triangles.
+  /// Returns whether there is a near pair. If not, mostly sets a bound larger than `distance`: by
+  /// the motion of several steps like the last ones, or by a part of the witness's gap.
   bool searchBound(const Meshes& meshes, double distance) {
-    const double least = distance + (isFewEdges(meshes, distance) ? kSteps * usualStep() : 0);
-    return canCompare(meshes, least) ? searchByDistance(meshes, distance, least)
-                                     : searchByBoxes(meshes, distance);
+    const double useful = distance + (isFewEdges(meshes, distance) ? kSteps * recentStep() : 0);
+    return canCompare(meshes, useful) ? searchByDistance(meshes, distance, useful)
+                                      : searchByBoxes(meshes, distance);
   }
 
  private:
   static constexpr double kSteps = 8;  ///< number of steps for which a bound should last
 
-  double usualStep() const { return std::max(step, last_step); }
-  void setBound(double farther_than) {
-    bound = farther_than;
-    moved_then = moved;
+  double recentStep() const { return std::max(step, last_step); }
+  void setBound(double lower_bound) {
+    bound = lower_bound;
+    moved_at_bound = moved;
   }
-  /// Returns early if a pair is within `least`, because a bound would not last.
-  bool searchByDistance(const Meshes& meshes, double distance, double least) {
+  /// searchBound by `compare`. Stops at a pair within `useful`, because a bound below that would
+  /// not last, and then only searches for a near pair.
+  bool searchByDistance(const Meshes& meshes, double distance, double useful) {
     const double room = meshes.gap(witness).distance - distance;
     if (room <= 0) return setNear(meshes, witness);
-    double farther = distance + std::max(2 * kSteps * usualStep(), room / 2);
-    if (!compare(meshes, least, witness, farther)) {
+    double lower_bound = distance + std::max(2 * kSteps * recentStep(), room / 2);
+    if (!compare(meshes, useful, witness, lower_bound)) {
       ++searches;
-      setBound(static_cast<double>(farther));
+      setBound(lower_bound);
       return false;
     }
     if (meshes.gap(witness).distance > distance) return searchNear(meshes, distance);
     ++searches;
     return setNear(meshes, witness);
   }
-  /// Searches for a near pair. If there is none, sets a bound: a larger distance if no pair is
-  /// within that, else `distance`.
+  /// searchBound by searchAny. The bound is a larger distance if no pair is within it.
   bool searchByBoxes(const Meshes& meshes, double distance) {
-    const double known = meshes.gap(witness).distance;
-    if (known <= distance) return setNear(meshes, witness);
+    const double witness_distance = meshes.gap(witness).distance;
+    if (witness_distance <= distance) return setNear(meshes, witness);
     ++searches;
-    const double room = known - distance;
-    double farther = distance + std::clamp(2 * kSteps * usualStep(), room / 64, room / 2);
-    if (searchAny(meshes, farther, witness)) {
+    const double room = witness_distance - distance;
+    double lower_bound = distance + std::clamp(2 * kSteps * recentStep(), room / 64, room / 2);
+    if (searchAny(meshes, lower_bound, witness)) {
       if (meshes.gap(witness).distance <= distance || searchAny(meshes, distance, witness))
         return setNear(meshes, witness);
-      farther = distance;
+      lower_bound = distance;
     }
-    setBound(farther);
+    setBound(lower_bound);
     return false;
   }
 };

@@ -10,33 +10,36 @@
 #include "triangles/feature_distance.h"
 #include "triangles/triangle_gap.h"
 
+// featurePairDetails: distance, nearest points, coordinates and normal of given pairs of features.
 namespace adaptive_bvh {
 namespace {
 
 using Corners = std::array<fcl::Vector3d, 3>;
 using Segment = std::array<fcl::Vector3d, 2>;
 
-/// Details of one pair, in the first mesh's frame.
+/// Details of one pair, as FeatureDetails has them, but in the first mesh's frame.
 struct Detail {
   double distance;
-  fcl::Vector3d first, second, coordinates, normal;
+  fcl::Vector3d first, second;  ///< nearest points
+  fcl::Vector3d coordinates, normal;
 
   Detail swapped() const { return {distance, second, first, coordinates, -normal}; }
 };
 
-/// The direction of a vector of any length, of length 1; zero for a zero vector.
+/// Returns v / |v| for any length that is not 0, however small or large; zero for a zero vector.
 fcl::Vector3d directionOf(const fcl::Vector3d& v) {
   const double size = v.lpNorm<Eigen::Infinity>();
   if (!(size > 0)) return fcl::Vector3d::Zero();
   return fcl::Vector3d(v / size).normalized();
 }
 
-/// Features nearer than this times their coordinates have no direction from one to the other.
+/// Features nearer than this times their largest coordinate count as touching: their normal is that
+/// of the surfaces, because rounding turns the line between so near points.
 constexpr double kTouching = 1e-8;
-/// Edges whose directions have a cross product shorter than this are parallel, and directions whose
-/// difference is shorter are the same.
+/// Edges are parallel, or directions equal, if their cross product or difference is shorter.
 constexpr double kParallel = 1e-8;
 
+/// Largest absolute coordinate.
 template <std::size_t kCount>
 double sizeOf(const std::array<fcl::Vector3d, kCount>& points) {
   double size = 0;
@@ -44,10 +47,10 @@ double sizeOf(const std::array<fcl::Vector3d, kCount>& points) {
   return size;
 }
 
-/// A mesh in the first mesh's frame.
-class SeenMesh {
+/// Features and outward directions of a mesh, in the first mesh's frame.
+class MeshFeatures {
  public:
-  SeenMesh(const MeshState& mesh, const RelativePlacement& to_first)
+  MeshFeatures(const MeshState& mesh, const RelativePlacement& to_first)
       : mesh_(mesh), normals_(mesh), to_first_(to_first) {}
 
   fcl::Vector3d point(unsigned vertex) const { return to_first_(mesh_.vertices[vertex]); }
@@ -60,6 +63,7 @@ class SeenMesh {
     return {point(ends[0]), point(ends[1])};
   }
 
+  /// The outward direction of the surface at one of its points (SurfaceNormals).
   fcl::Vector3d outward(const SurfacePlace& place) const {
     return to_first_.R * normals_.at(place);
   }
@@ -73,14 +77,14 @@ class SeenMesh {
   const RelativePlacement to_first_;
 };
 
-/// Details of a vertex (first) and a face (second).
-Detail vertexFaceDetail(const fcl::Vector3d& x, const SeenMesh& mesh, unsigned triangle) {
+/// Returns the details of a vertex at x, as the first feature, and a face, as the second.
+Detail vertexFaceDetail(const fcl::Vector3d& x, const MeshFeatures& mesh, unsigned triangle) {
   const Corners corners = mesh.face(triangle);
   Detail found;
-  feature_distance::FacePlace<double> at;
+  feature_distance::FacePlace<double> on_face;
   found.first = x;
-  found.distance = feature_distance::Face<double>(corners).distance(x, found.second, at);
-  const SurfacePlace place = SurfaceNormals::placeOf(at, triangle);
+  found.distance = feature_distance::Face<double>(corners).distance(x, found.second, on_face);
+  const SurfacePlace place = SurfaceNormals::placeOf(on_face, triangle);
   found.coordinates = place.barycentric;
   const double size = std::max(x.lpNorm<Eigen::Infinity>(), sizeOf(corners));
   if (found.distance > kTouching * size)
@@ -90,8 +94,9 @@ Detail vertexFaceDetail(const fcl::Vector3d& x, const SeenMesh& mesh, unsigned t
   return found;
 }
 
-/// Returns the direction from an edge to another one that it touches. `outward1`, `outward2`:
-/// normals of their surfaces.
+/// Returns the normal of two edges that touch: their cross product, with the sign that makes it
+/// point along the difference of the outward directions of both edges' surfaces. For parallel edges
+/// it is that difference, perpendicular to the longer edge; zero if that is zero, too.
 fcl::Vector3d directionOfTouching(const Segment& a, const Segment& b, const fcl::Vector3d& outward1,
                                   const fcl::Vector3d& outward2) {
   const fcl::Vector3d u = a[1] - a[0], v = b[1] - b[0], facing = outward1 - outward2;
@@ -103,12 +108,13 @@ fcl::Vector3d directionOfTouching(const Segment& a, const Segment& b, const fcl:
   return rest.norm() > kParallel ? fcl::Vector3d(rest.normalized()) : fcl::Vector3d::Zero();
 }
 
-Detail edgeEdgeDetail(const SeenMesh& first, unsigned edge1, const SeenMesh& second,
+/// Returns the details of two edges, given by their numbers.
+Detail edgeEdgeDetail(const MeshFeatures& first, unsigned edge1, const MeshFeatures& second,
                       unsigned edge2) {
   const Segment a = first.edge(edge1), b = second.edge(edge2);
-  std::array<double, 2> along;
-  const FeatureDistance<double> nearest = edgeEdgeDistance<double>(a, b, along);
-  Detail found{nearest.distance, nearest.first, nearest.second, {along[0], along[1], 0}, {}};
+  std::array<double, 2> position;  // of the nearest points: from 0 to 1 along each edge
+  const FeatureDistance<double> nearest = edgeEdgeDistance<double>(a, b, position);
+  Detail found{nearest.distance, nearest.first, nearest.second, {position[0], position[1], 0}, {}};
   if (nearest.distance > kTouching * std::max(sizeOf(a), sizeOf(b)))
     found.normal = directionOf(nearest.second - nearest.first);
   else
@@ -117,7 +123,7 @@ Detail edgeEdgeDetail(const SeenMesh& first, unsigned edge1, const SeenMesh& sec
   return found;
 }
 
-/// The numbers of features of a mesh.
+/// How many features of each kind a mesh has.
 struct FeatureCounts {
   std::size_t vertices, triangles, edges;
 };
@@ -126,8 +132,9 @@ FeatureCounts countsOf(const MeshState& mesh) {
   return {mesh.vertices.size(), triangles, 3 * triangles};
 }
 
-void requireNumbers(const std::vector<FeaturePair>& pairs, const char* kind, std::size_t count1,
-                    std::size_t count2) {
+/// Throws std::invalid_argument unless all numbers exist: are below `count1` and below `count2`.
+void requireFeatures(const std::vector<FeaturePair>& pairs, const char* kind, std::size_t count1,
+                     std::size_t count2) {
   for (std::size_t i = 0; i < pairs.size(); ++i)
     if (pairs[i].first >= count1 || pairs[i].second >= count2)
       throw std::invalid_argument("adaptive_bvh: pair " + std::to_string(i) + " of " + kind +
@@ -135,14 +142,14 @@ void requireNumbers(const std::vector<FeaturePair>& pairs, const char* kind, std
                                   std::to_string(pairs[i].second) + "), but there are " +
                                   std::to_string(count1) + " and " + std::to_string(count2));
 }
-void requireNumbers(const FeaturePairs& pairs, const FeatureCounts& first,
-                    const FeatureCounts& second) {
-  requireNumbers(pairs.vertex_face, "vertex_face", first.vertices, second.triangles);
-  requireNumbers(pairs.face_vertex, "face_vertex", first.triangles, second.vertices);
-  requireNumbers(pairs.edge_edge, "edge_edge", first.edges, second.edges);
+void requireFeatures(const FeaturePairs& pairs, const FeatureCounts& first,
+                     const FeatureCounts& second) {
+  requireFeatures(pairs.vertex_face, "vertex_face", first.vertices, second.triangles);
+  requireFeatures(pairs.face_vertex, "face_vertex", first.triangles, second.vertices);
+  requireFeatures(pairs.edge_edge, "edge_edge", first.edges, second.edges);
 }
 
-/// Writes detailOf(pair) for each pair, transformed to the world.
+/// Sets the result to detailOf(pair) of each pair. `tf`: maps the details' frame to the world.
 template <typename DetailOf>
 void writeDetails(int threads, const fcl::Transform3d& tf, const std::vector<FeaturePair>& pairs,
                   const DetailOf& detailOf, FeatureDetails<double>& result) {
@@ -158,11 +165,12 @@ void writeDetails(int threads, const fcl::Transform3d& tf, const std::vector<Fea
   });
 }
 
+/// The same for pairs of all kinds; throws unless all exist. `to_first`: from the second's frame.
 void writeDetails(const PlacedMesh& first, const MeshState& second,
                   const RelativePlacement& to_first, const FeaturePairs& pairs,
                   FeaturePairDetails<double>& result) {
-  requireNumbers(pairs, countsOf(first.mesh), countsOf(second));
-  const SeenMesh a(first.mesh, RelativePlacement()), b(second, to_first);
+  requireFeatures(pairs, countsOf(first.mesh), countsOf(second));
+  const MeshFeatures a(first.mesh, RelativePlacement()), b(second, to_first);
   const int threads = std::max(first.mesh.query_threads, second.query_threads);
   writeDetails(
       threads, first.tf, pairs.vertex_face,
@@ -197,9 +205,9 @@ void featurePairDetails(const DeformableMesh<S>& first, const fcl::Transform3<S>
 template <typename S>
 void featurePairDetails(const DeformableMesh<S>& mesh, const FeaturePairs& pairs,
                         FeaturePairDetails<S>& result) {
-  const PlacedMesh in_place(mesh, fcl::Transform3<S>(fcl::Transform3<S>::Identity()));
+  const PlacedMesh in_own_frame(mesh, fcl::Transform3<S>(fcl::Transform3<S>::Identity()));
   answerInDouble(result, [&](FeaturePairDetails<double>& details) {
-    writeDetails(in_place, in_place.mesh, RelativePlacement(), pairs, details);
+    writeDetails(in_own_frame, in_own_frame.mesh, RelativePlacement(), pairs, details);
   });
 }
 

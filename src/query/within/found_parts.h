@@ -9,18 +9,18 @@
 #include "base/scratch.h"
 #include "base/task_pool.h"
 
+// Long lists of found pairs: fast appending, and joining the parts of several threads.
 namespace adaptive_bvh {
 
-/// Enlarges the capacity by a factor of four, because copying pairs costs more than memory that is
-/// not touched.
+/// Enlarges the capacity fourfold: copying pairs costs more than memory that is never touched.
 [[gnu::noinline]] inline void growPairs(std::vector<FeaturePair>& pairs) {
   constexpr std::size_t kFirst = 256;
   pairs.reserve(4 * pairs.capacity() + kFirst);
 }
 
 /// Appends a pair, for searches that find millions of them. Growth is a separate function, so that
-/// a pair costs little more than writing it. It is written in place, because assembling a pair
-/// first and copying it as a whole stalls the processor.
+/// a pair costs little more than writing it. Writes both numbers in place, because copying
+/// as a whole a pair that was just written in parts stalls the processor.
 ADAPTIVE_BVH_INLINE void appendPair(unsigned first, unsigned second,
                                     std::vector<FeaturePair>& pairs) {
   if (pairs.size() == pairs.capacity()) growPairs(pairs);
@@ -38,18 +38,17 @@ struct VectorPart {
   const T *begin, *end;
 };
 
-/// Sets `to` to the results of tasks, in their order; partOf(task) returns the VectorPart of a
-/// task. `Found`: SearchTasks::Found. The vector is overwritten, not cleared first: a cleared
-/// vector fills itself with zeros, on one thread.
+/// Sets `to` to the results of tasks, in their order. partOf(task): the VectorPart of a task. Does
+/// not clear `to`, because resizing a cleared vector writes zeros to all of it, on one thread.
 template <typename T, typename Found, typename PartOf>
 void joinParts(const std::vector<Found>& tasks, const TaskPool& pool, std::vector<T>& to,
                const PartOf& partOf) {
-  Scratch<std::size_t> begins(1, 0);
+  Scratch<std::size_t> begins(1, 0);  // where the results of each task begin in `to`; their number
   for (const Found& task : tasks) {
     const VectorPart<T> part = partOf(task);
     begins.push_back(begins.back() + static_cast<std::size_t>(part.end - part.begin));
   }
-  // With room for more: while bodies approach, more pairs are near at each step.
+  // Reserves twice as much: while bodies approach, more pairs are near at each step.
   if (begins.back() > to.capacity()) {
     to.clear();
     to.reserve(2 * begins.back());
@@ -62,12 +61,12 @@ void joinParts(const std::vector<Found>& tasks, const TaskPool& pool, std::vecto
   });
 }
 
-/// Numbers of pairs of each kind.
+/// Numbers of pairs of each kind: the Mark of a sink of FeaturePairs (SearchTasks).
 using FeatureMark = std::array<std::size_t, 3>;
 inline FeatureMark markOf(const FeaturePairs& pairs) {
   return {pairs.vertex_face.size(), pairs.face_vertex.size(), pairs.edge_edge.size()};
 }
-/// Like joinParts, for pairs of all kinds: pairsOf(task) returns the pairs of a task's worker.
+/// Like joinParts, for pairs of all kinds: pairsOf(task) returns all pairs of the task's worker.
 template <typename Found, typename PairsOf>
 void joinFeatures(const std::vector<Found>& tasks, const TaskPool& pool, FeaturePairs& to,
                   const PairsOf& pairsOf) {

@@ -6,25 +6,25 @@
 
 namespace adaptive_bvh {
 
-// The queries of proximity.h for placed meshes, in double precision. They throw
-// std::invalid_argument on pairs to ignore that are not sorted, and check nothing else. Results are
-// overwritten.
+// The queries of proximity.h for placed meshes, in double precision. Results are overwritten. They
+// throw std::invalid_argument on pairs to ignore that are not sorted, and check nothing else.
 
-/// Finds the pairs of triangles that are at most request.distance apart.
+/// Finds the pairs of triangles, one of each mesh, that are at most request.distance apart.
 void findPairsWithin(const PairOfMeshes& meshes, const ProximityRequest<double>& request,
                      TrianglePairs<double>& result);
-/// Of one mesh, in its own frame.
+/// Finds those of one mesh with itself, without the neighbours that `filter` leaves out. Nearest
+/// points are placed in the world by the mesh's transform.
 void findPairsWithin(const PlacedMesh& mesh, const ProximityRequest<double>& request,
                      NeighbourFilter filter, TrianglePairs<double>& result);
 
-/// Finds the pairs of features that are at most request.distance apart.
+/// Finds the pairs of features, one of each mesh, that are at most request.distance apart.
 void findFeaturePairsWithin(const PairOfMeshes& meshes,
                             const FeatureProximityRequest<double>& request, FeaturePairs& result);
-/// Of one mesh.
+/// Finds those of one mesh with itself, without features that have a vertex in common.
 void findFeaturePairsWithin(const PlacedMesh& mesh, const FeatureProximityRequest<double>& request,
                             FeaturePairs& result);
 
-/// Whether two triangles are at most so far apart.
+/// Whether the distance of the meshes is at most `distance`.
 bool isNearer(const PairOfMeshes& meshes, double distance);
 
 }  // namespace adaptive_bvh

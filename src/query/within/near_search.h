@@ -13,9 +13,11 @@
 #include "query/within/found_parts.h"
 #include "query/within/within_tests.h"
 
+// Searches for pairs of triangles within a distance: any pair (searchAny, compare), or all pairs
+// (PairSink). "Near" means within that distance.
 namespace adaptive_bvh {
 
-/// A sink that finds whether any pair is near, and which.
+/// A sink of WithinTests that keeps the first near pair.
 struct AnyPair {
   static constexpr int kBatch = 128;
   static constexpr bool kStopsAtFirst = true;
@@ -32,7 +34,7 @@ struct AnyPair {
   }
 };
 
-/// A sink that writes near pairs into a result.
+/// A sink of WithinTests that writes all near pairs into a result.
 class PairSink {
  public:
   using Result = TrianglePairs<double>;
@@ -59,31 +61,31 @@ class PairSink {
     if (request_.enable_nearest_points) addPoints(gap->points, swaps);
   }
 
-  /// Returns a sink for another thread.
+  /// Returns a sink for another thread, which writes to another result (searchAll).
   PairSink another(Result& result) const { return {in_, request_, is_self_, result}; }
   using Mark = std::size_t;
   Mark mark() const { return result_.size(); }
   /// Replaces the result by what other sinks received in tasks, in the order of the tasks.
   template <typename Found>
   void take(const std::vector<Found>& tasks, const TaskPool& pool) {
-    const auto takeAll = [&](auto array, bool is_wanted) {
-      if (!is_wanted) return (result_.*array).clear();
+    const auto joinArrays = [&](auto array, bool is_requested) {
+      if (!is_requested) return (result_.*array).clear();
       joinParts(tasks, pool, result_.*array, [&](const Found& task) {
         return VectorPart(task.worker->sink().result_.*array, task.from, task.to);
       });
     };
-    takeAll(&Result::triangles, true);
-    takeAll(&Result::distances, request_.enable_distances);
-    takeAll(&Result::nearest_points, request_.enable_nearest_points);
+    joinArrays(&Result::triangles, true);
+    joinArrays(&Result::distances, request_.enable_distances);
+    joinArrays(&Result::nearest_points, request_.enable_nearest_points);
   }
 
  private:
   void addPoints(const PointPair<double>& points, bool swaps) {
-    const auto placed = [&](const fcl::Vector3d& x) -> fcl::Vector3d {
+    const auto inWorld = [&](const fcl::Vector3d& x) -> fcl::Vector3d {
       const auto& tf = in_.first.tf.matrix();
       return (tf.template topLeftCorner<3, 3>() * x + tf.template topRightCorner<3, 1>());
     };
-    result_.nearest_points.push_back({placed(points.first), placed(points.second)});
+    result_.nearest_points.push_back({inWorld(points.first), inWorld(points.second)});
     if (swaps) std::swap(result_.nearest_points.back()[0], result_.nearest_points.back()[1]);
   }
 
@@ -93,10 +95,11 @@ class PairSink {
   Result& result_;
 };
 
-/// Tests every pair; for placements that single precision cannot express.
+/// Passes all near pairs to the sink by testing every pair; for placements for which single
+/// precision does not suffice (RelativeFrame::isPrecise).
 template <typename Sink>
 void testAllPairs(const PairInput& input, Sink& sink) {
-  const SameFrame frame;  // not used here
+  const SameFrame frame;  // the exact tests do not use it
   const WithinTests<SameFrame, Sink> tests(sink, input, frame);
   sink.clear();
   if (areBallsFarther(input.first, input.second, input.to_first, input.distance)) return;
@@ -109,8 +112,8 @@ void testAllPairs(const PairInput& input, Sink& sink) {
     }
 }
 
-/// Whether a pair is within `distance`, by boxes grown by that distance. `found` is set to the
-/// first such pair.
+/// Whether any pair of triangles is within `distance`, by a search with boxes grown by the
+/// distance. Sets `found` to the first such pair.
 inline bool searchAny(const PairOfMeshes& meshes, double distance, TrianglePair& found) {
   TreePair trees(meshes.first, meshes.second);
   alignIfNear(trees, distance);
@@ -129,7 +132,7 @@ inline bool searchAny(const PairOfMeshes& meshes, double distance, TrianglePair&
   return any.found;
 }
 
-/// The mean length of a sample of edges.
+/// Returns the mean length of a sample of edges.
 inline double meanEdge(const MeshState& mesh) {
   constexpr int kSample = 32;
   const int step = mesh.numTriangles() / kSample + 1;
@@ -142,34 +145,34 @@ inline double meanEdge(const MeshState& mesh) {
   return sum / count;
 }
 
-/// Whether the distance is so small, compared with the triangles, that a search with grown boxes is
-/// faster. Grown boxes exclude only pairs that are farther apart along one axis.
+/// Whether the distance is so small, compared with the triangles, that searchAny is faster than
+/// `compare`. Grown boxes exclude only pairs that are farther apart along one axis.
 inline bool isFewEdges(const PairOfMeshes& meshes, double distance) {
   constexpr double kEdges = 3;
   return distance <= kEdges * std::min(meanEdge(meshes.first.mesh), meanEdge(meshes.second.mesh));
 }
 
-/// Whether `compare` is the faster way to find out if the distance is at most `distance`.
+/// Whether `compare` suits this distance: not if it is nearly 0, compared with the meshes.
 inline bool canCompare(const PairOfMeshes& meshes, double distance) {
-  constexpr double kNothing = 1e-9;
+  constexpr double kNearlyZero = 1e-9;
   const auto size = meshes.first.bounds().aabb_radius + meshes.second.bounds().aabb_radius;
-  return distance > kNothing * size;
+  return distance > kNearlyZero * size;
 }
 
-/// Whether the distance is at most `enough`. If not, `farther` becomes a lower bound of the
-/// distance: its initial value, or the distance if that is less. `witness`: a pair that may be
-/// near; becomes the nearest pair found.
+/// Whether the distance of the meshes is at most `enough`, by a NearestSearch that ends as soon as
+/// this is known. If not, lowers `lower_bound` to the distance, if that is less. `witness`: a pair
+/// that may be near; becomes the nearest pair found.
 inline bool compare(const PairOfMeshes& meshes, double enough, TrianglePair& witness,
-                    double& farther) {
+                    double& lower_bound) {
   const fcl::DistanceRequestd request;
   fcl::DistanceResultd result(
-      std::max(farther, std::nextafter(enough, std::numeric_limits<double>::max())));
+      std::max(lower_bound, std::nextafter(enough, std::numeric_limits<double>::max())));
   NearestPair nearest(meshes.first, meshes.second, {request, result});
   nearest.stopAt(enough);
   nearest.addWitness(int(witness.first), int(witness.second));
   NearestSearch(meshes.first, meshes.second, nearest).run();
   if (nearest.isImproved()) witness = {unsigned(result.b1), unsigned(result.b2)};
-  farther = result.min_distance;
+  lower_bound = result.min_distance;
   return result.min_distance <= enough;
 }
 

@@ -18,18 +18,19 @@
 #include "triangles/feature_distance.h"
 #include "triangles/triangle_intersection.h"
 
+// The queries of proximity.h for pairs: pairsWithin, featurePairsWithin and isNearer.
 namespace adaptive_bvh {
 namespace {
 
-/// A sink that writes the near features of near pairs of triangles into a result. It writes only
-/// features that the triangles own, so each pair of features occurs once.
+/// A sink of WithinTests that writes the near features of near triangles into a result: those that
+/// the triangles own (FeatureOwners), so each pair of features occurs once.
 class FeatureSink {
  public:
   using Result = FeaturePairs;
   static constexpr int kBatch = 256;
   static constexpr bool kStopsAtFirst = false;
 
-  /// `is_self`: features with a vertex in common are left out.
+  /// `is_self`: one mesh with itself; features with a vertex in common are left out.
   FeatureSink(const PairInput& input, const FeatureProximityRequest<double>& request, bool is_self,
               Result& result)
       : in_(input),
@@ -44,11 +45,12 @@ class FeatureSink {
   static bool isDone() { return false; }
   void clear() { result_.clear(); }
 
+  /// Adds the near pairs of features of two near triangles.
   void add(const LeafIndexPair& pair, const TriangleGap*) {
-    const Side a{in_.tree1.corners(pair.first), owners1_[pair.first],
-                 in_.pointsOfFirst(pair.first)};
-    const Side b{in_.tree2.corners(pair.second), owners2_[pair.second],
-                 in_.pointsOfSecond(pair.second)};
+    const Triangle a{in_.tree1.corners(pair.first), owners1_[pair.first],
+                     in_.pointsOfFirst(pair.first)};
+    const Triangle b{in_.tree2.corners(pair.second), owners2_[pair.second],
+                     in_.pointsOfSecond(pair.second)};
     const auto addVertexFace = [&](unsigned v, unsigned t) {
       append(v, t, request_.vertex_face, result_.vertex_face);
     };
@@ -62,7 +64,7 @@ class FeatureSink {
     addEdges(a, b);
   }
 
-  /// Returns a sink for another thread.
+  /// Returns a sink for another thread, which writes to another result (searchAll).
   FeatureSink another(Result& result) const { return {in_, request_, is_self_, result}; }
   using Mark = FeatureMark;
   Mark mark() const { return markOf(result_); }
@@ -75,10 +77,11 @@ class FeatureSink {
   }
 
  private:
-  struct Side {
-    const Int4& vertices;
-    const FeatureOwner& owner;
-    TrianglePoints<double> points;
+  /// A triangle of a near pair.
+  struct Triangle {
+    const Int4& vertices;           ///< the indices of its vertices
+    const FeatureOwner& owner;      ///< its own index, and the features that it owns
+    TrianglePoints<double> points;  ///< its corners in the first mesh's frame
   };
 
   static void append(unsigned first, unsigned second, const IgnoredPairs& ignored,
@@ -86,8 +89,8 @@ class FeatureSink {
     if (!isIgnored(ignored, first, second)) appendPair(first, second, pairs);
   }
   static double sizeOf(const PlacedMesh& mesh) { return mesh.bounds().aabb_radius; }
-  /// `touches()`: exact test whether the features have a common point. It decides where rounding
-  /// could hide that.
+  /// Whether two features are near, given their computed distance. touches(): exact test whether
+  /// they have a common point, called if rounding could hide that.
   template <typename Touches>
   bool isNear(double distance, const Touches& touches) const {
     if (distance > rounding_) return distance <= in_.distance;
@@ -95,25 +98,28 @@ class FeatureSink {
   }
   bool areSame(int vertex1, int vertex2) const { return is_self_ && vertex1 == vertex2; }
 
+  /// Calls add(vertex, triangle) for the vertices that `owner` owns and that are near the face.
   template <typename Add>
-  void addVertices(const Side& of, const Side& face, const Add& add) const {
+  void addVertices(const Triangle& owner, const Triangle& face, const Add& add) const {
     for (unsigned k = 0; k < 3; ++k) {
-      const int v = of.vertices[k];
-      if (!of.owner.ownsVertex(k) || areSame(v, face.vertices[0]) || areSame(v, face.vertices[1]) ||
-          areSame(v, face.vertices[2]))
+      const int v = owner.vertices[k];
+      if (!owner.owner.ownsVertex(k) || areSame(v, face.vertices[0]) ||
+          areSame(v, face.vertices[1]) || areSame(v, face.vertices[2]))
         continue;
-      const fcl::Vector3d& x = of.points[k];
+      const fcl::Vector3d& x = owner.points[k];
       const auto touches = [&] { return touch({x, x, x}, face.points); };
       if (isNear(vertexFaceDistance<double>(x, face.points).distance, touches))
         add(static_cast<unsigned>(v), face.owner.triangle);
     }
   }
-  void addEdges(const Side& a, const Side& b) const {
+  /// Adds the near pairs of edges that the two triangles own.
+  void addEdges(const Triangle& a, const Triangle& b) const {
     for (unsigned i = 0; i < 3; ++i)
       for (unsigned j = 0; j < 3; ++j)
-        if (a.owner.ownsEdge(i) && b.owner.ownsEdge(j)) addEdges(a, i, b, j);
+        if (a.owner.ownsEdge(i) && b.owner.ownsEdge(j)) addEdge(a, i, b, j);
   }
-  void addEdges(const Side& a, unsigned i, const Side& b, unsigned j) const {
+  /// Adds edge i of triangle a and edge j of b, if these are near.
+  void addEdge(const Triangle& a, unsigned i, const Triangle& b, unsigned j) const {
     const unsigned i1 = (i + 1) % 3, j1 = (j + 1) % 3;
     for (const unsigned end : {i, i1})
       if (areSame(a.vertices[end], b.vertices[j]) || areSame(a.vertices[end], b.vertices[j1]))
@@ -130,12 +136,12 @@ class FeatureSink {
   const FeatureProximityRequest<double>& request_;
   const FeatureOwners &owners1_, &owners2_;
   const bool is_self_;
-  /// Upper bound of the computed distance of features that touch, as a share of the bodies' sizes.
-  static constexpr double kRounding = 0x1p-44;
-  const double rounding_;
+  static constexpr double kRounding = 0x1p-44;  // relative to the bodies' sizes
+  const double rounding_;  ///< upper bound of the computed distance of features that touch
   Result& result_;
 };
 
+/// Passes all near pairs of triangles to the sink, on the meshes' query threads.
 template <typename Frame, typename Sink>
 void collect(const PairInput& input, const Frame& frame, Sink& sink) {
   searchAll<WithinTests<Frame, Sink>>(
@@ -143,7 +149,7 @@ void collect(const PairInput& input, const Frame& frame, Sink& sink) {
       sink, input, frame);
 }
 
-/// Collects the near pairs of two meshes.
+/// Collects the near pairs of two meshes in the sink that makeSink(input) returns.
 template <typename MakeSink>
 void collectPairs(const PairOfMeshes& meshes, double distance, const MakeSink& makeSink) {
   TreePair trees(meshes.first, meshes.second);
@@ -156,20 +162,20 @@ void collectPairs(const PairOfMeshes& meshes, double distance, const MakeSink& m
 }
 
 /// Collects the near pairs of one mesh with itself. `skips_flat`: whether pairs with a common
-/// vertex do not count, so that flat patches have none.
+/// vertex do not count, so that nodes of FlatPatches need not be searched.
 template <typename MakeSink>
 void collectOwnPairs(const PlacedMesh& placed, double distance, NeighbourFilter filter,
                      bool skips_flat, const MakeSink& makeSink) {
   const FlatPatches flat(placed.tree(), placed.mesh.topology->contours, distance);
   PairInput input(placed, filter, distance);
-  // The heights of at least the longer triangles have to exceed the distance.
+  // At larger distances hardly a node is flat: the heights of triangles must exceed the distance.
   if (skips_flat && isTaken(Shortcut::FlatPatches) && distance < 0.7 * meanEdge(placed.mesh))
     input.flat = &flat;
   auto sink = makeSink(input);
   collect(input, SameFrame(), sink);
 }
 
-/// In its own frame.
+/// Returns a mesh whose own frame is the world.
 template <typename S>
 PlacedMesh inItsFrame(const DeformableMesh<S>& mesh) {
   return {stateOf(mesh), fcl::Transform3d(fcl::Transform3d::Identity())};
@@ -212,8 +218,8 @@ bool isNearer(const PairOfMeshes& meshes, double distance) {
   if (areBallsFarther(meshes.first, meshes.second, meshes.to_first, distance)) return false;
   TrianglePair pair{0, 0};
   if (!isFewEdges(meshes, distance) && canCompare(meshes, distance)) {
-    double farther = distance;
-    return compare(meshes, distance, pair, farther);
+    double lower_bound = distance;  // not used
+    return compare(meshes, distance, pair, lower_bound);
   }
   return searchAny(meshes, distance, pair);
 }
@@ -259,9 +265,7 @@ template <typename S>
 std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                                const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
                                S distance, FeaturePairs& result) {
-  FeatureProximityRequest<S> request;
-  request.distance = distance;
-  return featurePairsWithin(first, tf1, second, tf2, request, result);
+  return featurePairsWithin(first, tf1, second, tf2, FeatureProximityRequest<S>{distance}, result);
 }
 
 template <typename S>
@@ -274,9 +278,7 @@ std::size_t featurePairsWithin(const DeformableMesh<S>& mesh,
 
 template <typename S>
 std::size_t featurePairsWithin(const DeformableMesh<S>& mesh, S distance, FeaturePairs& result) {
-  FeatureProximityRequest<S> request;
-  request.distance = distance;
-  return featurePairsWithin(mesh, request, result);
+  return featurePairsWithin(mesh, FeatureProximityRequest<S>{distance}, result);
 }
 
 template <typename S>

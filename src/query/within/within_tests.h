@@ -14,13 +14,15 @@
 
 namespace adaptive_bvh {
 
-/// Tests pairs of triangles whose grown boxes overlap. In single precision, four pairs at a time,
-/// it finds which ones are certainly near or certainly apart: first by corners, for one triangle
-/// and the triangles of a leaf; then, in batches, by edges and faces. The exact distance in double
-/// precision decides about the few pairs left.
+/// Finds the pairs of triangles within a distance ("near"), among those whose boxes, grown by the
+/// distance, overlap. The Tests of a TriangleSearch. In single precision, several pairs at a time,
+/// it finds pairs that are certainly near or apart: by corners, for one triangle and those of a
+/// leaf, or along separating axes (kByAxes); then, in batches, by edges and faces. The exact
+/// distance in double precision decides about the few pairs left.
 ///
 ///   sink.add(pair, gap)   takes a near pair, in the order in which pairs are found; `gap` may be
 ///                         null unless needsGap()
+///   sink.needsGap()       whether it needs distances or nearest points
 ///   sink.isDone()         whether there are enough pairs
 ///   Sink::kStopsAtFirst   whether one pair is enough; then most tested pairs are apart
 ///   Sink::kBatch          number of pairs that are tested together, at least 32
@@ -35,12 +37,13 @@ class WithinTests {
             static_cast<float>(std::min(input.distance * input.tree1.scale(), double(kLargest)))),
         errors_(pairErrors(frame, input.tree1.scale(), limit_ * kUp)) {}
 
+  /// Tests triangles of two leaves: bit 4 j + i of `pairs` for triangle i of a and j of b.
   ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned pairs) {
     pairs = withoutNeighbours(pairs, in_.tree1, a, in_.tree2, b, in_.filter);
     if (!pairs) return;
-    if (size_ > batch_ - 16) testAll();
+    if (size_ > batch_ - 16) testAll();  // room for the pairs of two leaves
     if (!isTaken(Shortcut::SinglePrecision)) return addPairs(a, b, pairs);
-    if constexpr (kByAxes) return addPairs(a, b, withoutApart(a, b, pairs));
+    if constexpr (kByAxes) return addPairs(a, b, nearSlab(a, b, pairs));
     readFirst(a);
     readSecond(b);
     for (int j = 0; pairs; ++j, pairs >>= 4)
@@ -51,7 +54,7 @@ class WithinTests {
   /// Tests the pairs that were found but not yet tested.
   void finish() { testAll(); }
 
-  /// The exact test of one pair.
+  /// Returns the exact distance and nearest points of one pair.
   TriangleGap gap(const LeafIndexPair& pair) const {
     return gapOf(in_.pointsOfFirst(pair.first), in_.pointsOfSecond(pair.second));
   }
@@ -63,8 +66,7 @@ class WithinTests {
   static constexpr float kUp = 1 + 1.f / (1 << 20);  // for the rounding of the limit
   enum Verdict : std::uint8_t { kOpen, kNear, kApart };
 
-  /// Gathers the corners of a leaf, in the coordinates of the first tree. Consecutive pairs often
-  /// share a leaf.
+  /// Gathers the corners of a leaf, in the first tree's coordinates, if it is not the last one.
   ADAPTIVE_BVH_INLINE void readFirst(const WideNode& leaf) {
     if (&leaf == first_leaf_) return;
     first_leaf_ = &leaf;
@@ -79,8 +81,8 @@ class WithinTests {
     for (Vector4x3& corner : second_) corner = frame_(corner);
   }
 
-  /// Tests the triangles of one leaf with triangle `j` of another. Keeps the pairs that their
-  /// corners do not prove to be apart.
+  /// Tests the triangles `row` of leaf a, a bit for each, with triangle j of leaf b, by their
+  /// corners. Adds the pairs that are not certainly apart to the batch.
   ADAPTIVE_BVH_INLINE void testRow(const WideNode& a, const WideNode& b, int j, unsigned row) {
     using float4::all;
     Vector4x3 q[3];
@@ -88,20 +90,20 @@ class WithinTests {
       q[k] = {all(second_[k].x[j]), all(second_[k].y[j]), all(second_[k].z[j])};
     const Nearness4 nearness = TriangleDistances4(first_, q, frame_.error()).byCorners(limit_, row);
     const auto second = static_cast<unsigned>(b.first + j);
-    for (unsigned rest = row & ~nearness.apart; rest; rest &= rest - 1) {
-      const int i = __builtin_ctz(rest);
+    for (unsigned left = row & ~nearness.apart; left; left &= left - 1) {
+      const int i = __builtin_ctz(left);
       pairs_[size_] = {static_cast<unsigned>(a.first + i), second};
       verdicts_[size_++] = static_cast<std::uint8_t>((nearness.near >> i & 1) * kNear);
     }
   }
 
-  /// Whether pairs are first tested along the axes of FCL's test, eight at a time: if most pairs
-  /// are apart, and positions with residuals need no transformation.
+  /// Whether pairs are first tested along separating axes (pair_tests.h), eight at a time: if most
+  /// pairs are apart, and positions with residuals need no transformation.
   static constexpr bool kByAxes = Frame::kIsIdentity && Sink::kStopsAtFirst;
 
-  /// Returns the pairs whose first triangle may be near a slab around the second leaf. The slab
-  /// takes as long as testing two pairs.
-  ADAPTIVE_BVH_INLINE unsigned withoutApart(const WideNode& a, const WideNode& b, unsigned pairs) {
+  /// Returns the pairs whose first triangle may be near a slab around the second leaf. Returns a
+  /// single pair untested, because the slab takes as long as testing two pairs.
+  ADAPTIVE_BVH_INLINE unsigned nearSlab(const WideNode& a, const WideNode& b, unsigned pairs) {
     if (!(pairs & (pairs - 1))) return pairs;
     if (&b != second_leaf_) {
       second_leaf_ = &b;
@@ -112,6 +114,7 @@ class WithinTests {
     gatherLeaf(in_.tree1.slots(), in_.tree1.positions(), a, corners);
     return pairs & ~(0x1111 * slab_.apart(corners));
   }
+  /// Adds pairs of triangles of two leaves to the batch, untested.
   ADAPTIVE_BVH_INLINE void addPairs(const WideNode& a, const WideNode& b, unsigned pairs) {
     for (; pairs; pairs &= pairs - 1) {
       const int bit = __builtin_ctz(pairs);
@@ -120,7 +123,7 @@ class WithinTests {
       verdicts_[size_++] = kOpen;
     }
   }
-  /// Removes pairs that are certainly farther apart.
+  /// Removes pairs of the batch that are certainly apart along an axis. All others are still open.
   void testAlongAxes() {
     const PairSource from = sourceOf(in_);
     size_ = keepByNormals(from, pairs_, size_, errors_);
@@ -134,6 +137,7 @@ class WithinTests {
     size_ = kept;
   }
 
+  /// Decides about all pairs of the batch, and passes the near ones to the sink.
   void testAll() {
     if (isTaken(Shortcut::SinglePrecision)) {
       if constexpr (kByAxes) testAlongAxes();
@@ -144,9 +148,9 @@ class WithinTests {
     batch_ = std::min(2 * batch_, Sink::kBatch);
   }
 
-  /// Tests pairs that the corners left undecided, by edges and faces.
+  /// Tests the undecided pairs of the batch by edges and faces.
   void testOpen() {
-    int open[Sink::kBatch + 3], count = 0;
+    int open[Sink::kBatch + 3], count = 0;  // indices of these pairs; repeated up to groups of four
     for (int i = 0; i < size_; ++i) {
       open[count] = i;
       count += verdicts_[i] == kOpen;
@@ -158,13 +162,13 @@ class WithinTests {
       setVerdicts(distances(group).byFeatures(limit_), at);
     }
   }
-
   ADAPTIVE_BVH_INLINE void setVerdicts(const Nearness4& nearness, const std::array<int, 4>& at) {
     for (std::size_t k = 0; k < 4; ++k)
       verdicts_[at[k]] = static_cast<std::uint8_t>((nearness.near >> k & 1) * kNear +
                                                    (nearness.apart >> k & 1) * kApart);
   }
 
+  /// Passes a pair with this verdict to the sink if it is near. Decides about open pairs exactly.
   ADAPTIVE_BVH_INLINE void settle(const LeafIndexPair& pair, std::uint8_t verdict) {
     if (verdict == kApart) return;
     if (verdict == kNear && !sink_.needsGap()) return sink_.add(pair, nullptr);
@@ -176,7 +180,7 @@ class WithinTests {
     if (verdict == kNear || isNear(exact)) sink_.add(pair, &exact);
   }
 
-  /// Four pairs in the coordinates of the first tree.
+  /// Returns four pairs, in the coordinates of the first tree.
   ADAPTIVE_BVH_INLINE TriangleDistances4 distances(const LeafIndexPair (&group)[4]) const {
     Vector4x3 p[3], q[3];
     gatherCorners(in_, frame_, group, p, q);
@@ -186,19 +190,19 @@ class WithinTests {
   const PairInput& in_;
   const Frame& frame_;
   Sink& sink_;
-  const float limit_;  ///< in the first tree's units
+  const float limit_;  ///< the distance in the first tree's unit
   const PairErrors errors_;
-  const WideNode *first_leaf_ = nullptr, *second_leaf_ = nullptr;  ///< leaves of the corners below
-  TriangleDistances4::Seen first_;
-  Vector4x3 second_[3];
-  LeafSlab slab_;
-  LeafIndexPair pairs_[Sink::kBatch + 1];
+  const WideNode *first_leaf_ = nullptr, *second_leaf_ = nullptr;  ///< the leaves that were read
+  TriangleDistances4::Seen first_;                                 ///< triangles of first_leaf_
+  Vector4x3 second_[3];                                            ///< corners of second_leaf_
+  LeafSlab slab_;                                                  ///< around them; with kByAxes
+  LeafIndexPair pairs_[Sink::kBatch + 1];                          ///< the batch, of `size_` pairs
   std::uint8_t verdicts_[Sink::kBatch];
   int size_ = 0;
   int batch_ = Sink::kStopsAtFirst ? kFirstBatch : Sink::kBatch;  ///< pairs tested together
 };
 
-/// A search whose sink takes the near pairs.
+/// A search on one thread that passes all near pairs to a sink.
 template <typename Frame, typename Sink>
 using WithinSearch = TriangleSearch<WithinTests<Frame, Sink>>;
 

@@ -463,7 +463,7 @@ TEST_F(NearestBounds, SupportsAreThoseOfTheVertices) {
         else if (is_near)
           of = farthestBelow(tree, number, lane, along);
         if (!is_covered) continue;
-        const double found = supports[number].of[lane];
+        const double found = supports[number].lane[lane];
         if (std::isinf(of))
           EXPECT_EQ(found, double(of));
         else
