@@ -503,7 +503,8 @@ TEST(Collada, IsRefusedByName) {
       replaced(collada(triangles, kScene), "count='3' stride='4'", "count='4' stride='4'"),
       "past its array");
   expectRefused("no_scene.dae", collada(triangles, ""), "no scene");
-  expectRefused("tags.dae", collada(triangles + "</p>", kScene), "not open: 'p'");
+  expectRefused("tags.dae", collada(triangles + "</p>", kScene),
+                "does not match the open element: 'p'");
   expectRefused("root.dae", "<x3d/>", "no Collada file");
 }
 

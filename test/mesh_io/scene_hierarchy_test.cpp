@@ -110,10 +110,10 @@ TEST(GltfHierarchy, WithACycleIsRefused) {
 TEST(GltfHierarchy, IsNotHiddenByAKeyThatComesTwice) {
   Gltf gltf = nested(40, 2);
   gltf.more = R"("nodes":[{"mesh":0}])";
-  expectRefused(gltf, "twice");
+  expectRefused(gltf, "two equal keys");
   gltf = nested(40, 2);
   gltf.more = R"("n\u006fdes":[{"mesh":0}])";
-  expectRefused(gltf, "twice");
+  expectRefused(gltf, "two equal keys");
 }
 
 TEST(GltfHierarchy, OfVersion1IsCheckedAsWell) {
