@@ -42,7 +42,7 @@ ADAPTIVE_BVH_INLINE Boxes4 boxes4(const Box& a, const Box& b, const Box& c, cons
 }
 
 /// An upper bound of squaredGaps for boxes that are at most `distance` apart: the square, rounded
-/// up by more than the rounding errors of squares and sums and by what underflow loses.
+/// up by more than the rounding errors of differences, squares and sums, and what underflow loses.
 inline float squaredGapOf(double distance) {
   constexpr double kFar = 1e15;  // its square is within single precision
   constexpr double kLeast = 1e-37;
@@ -71,15 +71,15 @@ struct Gaps4x4 {
   Float4 row[4];
 
   float operator()(int i, int j) const { return row[j][i]; }
-  /// For each i, the smallest gap over all j.
+  /// For each i, the smallest squared gap over all j.
   ADAPTIVE_BVH_INLINE Float4 least() const {
     return float4::lower<Float4>(float4::lower<Float4>(row[0], row[1]),
                                  float4::lower<Float4>(row[2], row[3]));
   }
-  /// Sets bit 4 j + i where the gap of i and j is smaller than `gap`.
-  ADAPTIVE_BVH_INLINE unsigned below(float gap) const {
+  /// Sets bit 4 j + i where the squared gap of i and j is smaller than `squared_gap`.
+  ADAPTIVE_BVH_INLINE unsigned below(float squared_gap) const {
     unsigned bits = 0;
-    for (int j = 0; j < 4; ++j) bits |= float4::bits(row[j] < float4::all(gap)) << (4 * j);
+    for (int j = 0; j < 4; ++j) bits |= float4::bits(row[j] < float4::all(squared_gap)) << (4 * j);
     return bits;
   }
 };

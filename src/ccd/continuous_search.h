@@ -11,7 +11,7 @@ namespace adaptive_bvh {
 /// One or two moving meshes, and the parameters of the query.
 struct ContinuousQuery {
   const MovingMesh &first, &second;
-  double separation;
+  double separation;  ///< features come together where their distance is at most this
   int threads;
 
   bool isSelf() const { return &first == &second; }
@@ -21,15 +21,17 @@ struct ContinuousQuery {
 MovingFeatures movingFeatures(const MovingMesh& first, const MovingMesh& second, FeatureKind kind,
                               const FeaturePair& pair);
 
-/// Lists the pairs of features whose swept boxes overlap.
+/// Lists the pairs of features whose swept boxes are at most the separation apart.
 void findCandidates(const ContinuousQuery& query, FeaturePairs& pairs);
-/// Sets the time of impact of each pair.
+/// Sets the time of impact of each pair; Impact::kNever if there is none.
 void findTimes(const ContinuousQuery& query, const FeaturePairs& pairs, ImpactTimes& times);
 /// Returns the earliest impact of all features.
 Impact findEarliestImpact(const ContinuousQuery& query);
 /// The same, and lists all candidates in `pairs`.
 Impact findEarliestImpact(const ContinuousQuery& query, FeaturePairs& pairs);
-/// Sets the length that each vertex may move without features coming nearer than the separation.
+/// Sets the length, at most that of its motion, by which each vertex may move from its start, in
+/// any direction and all at once, without features coming nearer than the separation. `of_second`
+/// stays as it is for one mesh and itself.
 void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of_first,
                            std::vector<double>& of_second);
 

@@ -32,9 +32,9 @@ struct SavedHeader {
 };
 static_assert(sizeof(SavedHeader) == 104, "without gaps");
 
-/// The size in bytes of the pieces in which arrays are read. A file that claims to be long
-/// allocates no more than one piece beyond the data it contains. A multiple of all element sizes
-/// and of a word.
+/// The size in bytes of the pieces in which arrays are read, so that memory is allocated in
+/// proportion to the data a file contains, whatever length it claims. A multiple of all element
+/// sizes, and of a word of the checksum, which adds up piece by piece.
 constexpr std::size_t kMeshPiece = std::size_t(3) << 20;
 
 /// A checksum by FNV-1a (Fowler, Noll, Vo) on words of eight bytes.

@@ -55,9 +55,9 @@ class ConvexParts {
 #endif
   const fcl::Transform3d& tf() const { return tf_; }
 
-  /// Calls visit(part) for the shape, or for the octree's leaves, until it returns true; returns
-  /// whether it did. Children of a cell are visited by increasing bound(ball) of their bounding
-  /// spheres, and skipped if it exceeds limit().
+  /// Calls visit(part) for the shape, or for the octree's occupied leaves, until it returns true;
+  /// returns whether it did. Children of a cell are visited by increasing bound(ball) of their
+  /// bounding spheres, and skipped if it exceeds limit(), which visits may lower.
   template <typename BoundOf, typename Limit, typename Visit>
   bool visit(const BoundOf& bound, const Limit& limit, const Visit& visit) const {
     if (shape_) return visit(ConvexPart{{**shape_, tf_}, -1});
@@ -78,7 +78,7 @@ class ConvexParts {
     std::array<std::pair<double, Cell>, 8> children;
     std::size_t count = 0;
     cells_->forEachChild(cell, [&](const Cell& child) {
-      // The radius has a reserve for the error of the rotation.
+      // The radius has a reserve for rotations that are orthonormal to 1e-3 only (requireRigid).
       children[count++] = {bound(CellBall{tf_ * child.middle(), 1.01 * child.half().norm()}),
                            child};
       return false;

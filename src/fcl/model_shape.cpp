@@ -121,8 +121,8 @@ class ModelShapeSearch final : public ShapeSearch {
     fcl::detail::distance(&node);
   }
 
-  /// The box that FCL makes of the root volume, in the world. (FCL centres it on the rectangle's
-  /// corner. That is kept, so that the approximate cost is FCL's.)
+  /// The box that FCL makes of the root volume, in the world. (FCL centres that of an RSS on the
+  /// rectangle's corner. That is kept, so that the approximate cost is FCL's.)
   void boxAround(fcl::Boxd& box, fcl::Transform3d& box_tf) const override {
     fcl::Box<S> root;
     fcl::Transform3<S> root_tf;
@@ -141,7 +141,10 @@ class ModelShapeSearch final : public ShapeSearch {
     statisticsOf(model_).recordQuery(work);
   }
 
-  /// Initializes a traversal of the model and the box around the shape.
+  /// Initializes a traversal of the model and the box around the shape: the box of the shape's
+  /// core, grown by the core's radius, rounded to S as all of FCL's traversal is. FCL's node keeps
+  /// pointers to the box and the solver, which end here: only FCL's own leaf tests and preprocess,
+  /// which our nodes override, would use them.
   template <typename Node, typename Request, typename Result>
   void initialize(Node& node, const Request& request, Result& result) const {
     const fcl::Vector3d half = (core_.high - core_.low) / 2 + fcl::Vector3d::Constant(core_.radius);

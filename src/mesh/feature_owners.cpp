@@ -31,7 +31,8 @@ void forEachHalfEdge(const MeshView<double>& mesh, unsigned triangles, Visit&& v
 /// by their smaller vertex, and sorts each group by the larger one.
 void ownEdges(const MeshView<double>& mesh, unsigned triangles, std::size_t vertices,
               Scratch<std::uint8_t>& bits, std::vector<BoundaryEdge>& boundary) {
-  Scratch<unsigned> begin(vertices + 2, 0);  // of each group; shifted by one during construction
+  // The first half-edge of each vertex's group, in the end. Counted at a + 2 and filled at a + 1.
+  Scratch<unsigned> begin(vertices + 2, 0);
   forEachHalfEdge(mesh, triangles, [&](unsigned a, unsigned, unsigned) { ++begin[a + 2]; });
   for (std::size_t i = 2; i < begin.size(); ++i) begin[i] += begin[i - 1];
   Scratch<HalfEdge> edges(begin.back());

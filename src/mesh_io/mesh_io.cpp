@@ -53,8 +53,9 @@ bool beginsAsObj(std::string_view text) {
   return isOneOf({"v", "vn", "vt", "f", "o", "g", "s", "mtllib", "usemtl"}, firstWord(text));
 }
 
-/// The extension of the file's format, if this library reads it itself: by the beginning of the
-/// file, or else by its name; empty for other formats.
+/// The extension of the file's format, if this library reads it itself; empty for other formats.
+/// Beginnings that no other format has come first, then the name, then other beginnings. Throws if
+/// the name is that of a format whose files all begin alike, and this one does not.
 std::string formatOf(const std::string& path, const std::string& bytes) {
   const std::string_view beginning = withoutByteOrderMark(std::string_view(bytes).substr(0, 4096));
   const std::string magic = inLowerCase(beginning.substr(0, 3));
@@ -82,8 +83,8 @@ bool isXml(const std::string& path, const std::string& bytes) {
 /// Reads a file with assimp, after checks of what assimp itself does not check.
 FileScene readOther(const std::string& path, const std::string& bytes) {
   std::optional<double> unit;
-  if (isXml(path, bytes))
-    unit = unitOfAmf(parseXml(bytes));  // because assimp does not limit the nesting
+  // Also for XML without a unit: parseXml limits the nesting, which assimp does not.
+  if (isXml(path, bytes)) unit = unitOfAmf(parseXml(bytes));
   const std::string extension = extensionOf(path);
   if (extension == "3mf" || (isZip(bytes) && !isOneOf({"pk3", "zae"}, extension)))
     unit = unitOf3mf(bytes);

@@ -43,7 +43,8 @@ std::optional<Number> parse(std::string_view word) {
   return number;
 }
 
-/// Parses a double; accepts "nan" and "inf". Numbers that are out of range become infinite or 0.
+/// Parses a double; accepts "nan" and "inf". Numbers that are out of its range, but not out of that
+/// of a long double, become infinite or 0.
 inline std::optional<double> numberOf(std::string_view word) {
   if (const std::optional<double> number = parse<double>(word)) return number;
   if (const std::optional<long double> number = parse<long double>(word))
@@ -99,7 +100,8 @@ class Words {
   [[noreturn]] void fail(const std::string& reason) const {
     const std::string_view before = text_.substr(0, position_);
     std::size_t line = 1;
-    for (std::size_t i = 0; i + 1 < before.size(); ++i)
+    for (std::size_t i = 0; i + 1 < before.size(); ++i)  // a line end that was just read counts to
+                                                         // its own line
       line += before[i] == '\n' || (before[i] == '\r' && before[i + 1] != '\n');
     throw std::runtime_error("line " + std::to_string(line) + ": " + reason);
   }
@@ -134,7 +136,7 @@ double asFloating(Bits bits) {
   return static_cast<double>(number);
 }
 
-/// The number at a position of a file; all its bytes must exist.
+/// The number at a position of a file; all its bytes must exist. Integers have at most four bytes.
 inline double numberAt(std::string_view file, std::size_t position, BinaryType type,
                        bool is_big_endian = false) {
   std::uint64_t bits = 0;

@@ -20,8 +20,9 @@ inline void requireSorted(const IgnoredPairs& pairs) {
         "adaptive_bvh: the list of pairs to ignore is not sorted by first and second number");
 }
 
-/// Like requireSorted, for a query of one mesh with itself: also throws if a pair has the larger
-/// number first. Results have the smaller number first, so such a pair would match nothing.
+/// Like requireSorted, for pairs of two triangles or two edges of one mesh: also throws if a pair
+/// has the larger number first. Results have the smaller number first, so such a pair would match
+/// nothing.
 inline void requireSortedOfSelf(const IgnoredPairs& pairs) {
   requireSorted(pairs);
   if (!pairs.list) return;
@@ -53,9 +54,9 @@ ADAPTIVE_BVH_INLINE std::array<Int4, 3> verticesOf(const WideTree& tree, const W
 }
 
 /// Returns `pairs` without the pairs of triangles that have more common vertices than the filter
-/// allows. Bit 4 j + i stands for triangle i of leaf `a` and triangle j of leaf `b`. A vertex that
-/// a triangle repeats counts once. Returns all pairs for BeyondShared: that filter needs positions,
-/// too, and is applied later (meetBeyondShared).
+/// allows: none for SharedVertex, one for SharedEdge. Bit 4 j + i stands for triangle i of leaf `a`
+/// and triangle j of leaf `b`. A vertex that a triangle repeats counts once. Returns all pairs for
+/// BeyondShared: that filter needs positions, too, and is applied later (meetBeyondShared).
 ADAPTIVE_BVH_INLINE unsigned withoutNeighbours(unsigned pairs, const WideTree& tree1,
                                                const WideNode& a, const WideTree& tree2,
                                                const WideNode& b, NeighbourFilter filter) {

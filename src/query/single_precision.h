@@ -40,8 +40,8 @@ void narrow(const FeaturePairDetails<double>& from, FeaturePairDetails<float>& t
 void narrow(const ContactRegions<double>& from, ContactRegions<float>& to);
 void narrow(const SignedDistance<double>& from, SignedDistance<float>& to);
 
-/// Calls query(result) with a result in double precision. If `result` is in single precision, the
-/// query writes to a temporary result, which is then rounded.
+/// Calls query(result) with a result in double precision, which the query overwrites. If `result`
+/// is in single precision, that is a temporary one, which is then rounded.
 template <template <typename> class Result, typename Query>
 void answerInDouble(Result<double>& result, const Query& query) {
   query(result);
@@ -66,8 +66,8 @@ void answerInDouble(std::vector<Result<float>>& results, const Query& query) {
   for (std::size_t i = 0; i < results.size(); ++i) narrow((*found)[i], results[i]);
 }
 
-/// Calls search(query) in double precision, which may lower the distance of the result and set
-/// triangles and points. If the distance is lower, also stores the objects `o1` and `o2`.
+/// Calls search(query) in double precision. The search may lower the distance of the result and set
+/// triangles and points; if it lowers the distance, the objects `o1` and `o2` are stored, too.
 template <typename Search>
 void answerInDouble(const DistanceQuery<double>& query, const fcl::CollisionGeometryd* o1,
                     const fcl::CollisionGeometryd* o2, const Search& search) {
@@ -86,7 +86,7 @@ void answerInDouble(const DistanceQuery<float>& query, const fcl::CollisionGeome
   const fcl::DistanceRequestd request = inDouble(query.request);
   const auto before = static_cast<double>(query.result.min_distance);
   fcl::DistanceResultd found(before);
-  for (std::size_t i = 0; i < 2; ++i)  // remain if no points are requested
+  for (std::size_t i = 0; i < 2; ++i)  // the search leaves points alone that nobody requests
     found.nearest_points[i] = query.result.nearest_points[i].cast<double>();
   search(DistanceQuery<double>{request, found});
   if (found.min_distance < before) narrow(found, o1, o2, query.result);
