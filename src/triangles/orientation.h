@@ -196,6 +196,12 @@ inline bool areAcrossAxis(const fcl::Vector3d& p, const fcl::Vector3d& q, const 
   return false;
 }
 
+/// Whether two of four points are equal: with a triangle that is a segment, or a common corner.
+inline bool areTwoEqual(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& c,
+                        const fcl::Vector3d& d) {
+  return a == b || a == c || a == d || b == c || b == d || c == d;
+}
+
 }  // namespace orientations
 
 /// The side of the plane of a, b and c on which d lies: a number whose sign is that of det(a - d, b
@@ -210,7 +216,7 @@ inline double orientation(const fcl::Vector3d& a, const fcl::Vector3d& b, const 
   const double size = p.template lpNorm<Eigen::Infinity>() * q.template lpNorm<Eigen::Infinity>() *
                       r.template lpNorm<Eigen::Infinity>();
   if (isCertain(determinant, size)) return determinant;
-  if (areAcrossAxis(p, q, r)) return 0;
+  if (areAcrossAxis(p, q, r) || areTwoEqual(a, b, c, d)) return 0;
   countExact(ExactDecision::Orientation);
   const ExactSum::Scaled exact = exactDeterminant(a, b, c, d, p, q, r).value();
   if (exact.mantissa == 0) return 0;
@@ -225,7 +231,7 @@ inline double orientation(const fcl::Vector3d& a, const fcl::Vector3d& b, const 
 inline int exactOrientation(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& c,
                             const fcl::Vector3d& d) {
   const fcl::Vector3d p = a - d, q = b - d, r = c - d;
-  if (orientations::areAcrossAxis(p, q, r)) return 0;
+  if (orientations::areAcrossAxis(p, q, r) || orientations::areTwoEqual(a, b, c, d)) return 0;
   countExact(ExactDecision::TriangleSides);
   return orientations::exactDeterminant(a, b, c, d, p, q, r).sign();
 }

@@ -216,8 +216,9 @@ bool meetBeyondShared(const Triangle& p, const std::array<unsigned, 3>& of_p, co
       if (Projection(k).turn(u, v, a) * Projection(k).turn(u, v, b) > 0) return true;
     return false;
   }
-  return touch({p[own_p[0]], p[own_p[1]], p[own_p[1]]}, q) ||
-         touch({q[own_q[0]], q[own_q[1]], q[own_q[1]]}, p);
+  // The triangle comes first: mostly both ends of the segment are on one side of its plane.
+  return touch(q, {p[own_p[0]], p[own_p[1]], p[own_p[1]]}) ||
+         touch(p, {q[own_q[0]], q[own_q[1]], q[own_q[1]]});
 }
 
 }  // namespace adaptive_bvh
