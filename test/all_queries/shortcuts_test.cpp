@@ -328,7 +328,7 @@ void expectEqual(const Answers& with, const Answers& without, double size) {
 /// Queries have the same answers without any one shortcut.
 TEST(Shortcuts, DoNotChangeAnswers) {
   RandomGeometry<double> random(54003);
-  for (int trial = 0; trial < manySteps(60); ++trial) {
+  for (int trial = 0; trial < manySteps(24); ++trial) {
     const Input input = makeInput(random);
     const Answers with = Asked(input).answers();
     for (const Shortcut shortcut : kShortcuts) {
@@ -378,7 +378,7 @@ TEST(Shortcuts, EveryExactDecisionIsTaken) {
       counts.push_back(exactDecisions(ExactDecision(d)));
     take(Shortcut::RoundedPredicates, is_rounded);
     RandomGeometry<double> random(54004);
-    for (int trial = 0; trial < 30; ++trial) Asked(makeInput(random)).answers();
+    for (int trial = 0; trial < 24; ++trial) Asked(makeInput(random)).answers();
     take(Shortcut::RoundedPredicates, true);
     for (int d = 0; d < int(ExactDecision::kCount); ++d)
       counts[std::size_t(d)] = exactDecisions(ExactDecision(d)) - counts[std::size_t(d)];
