@@ -11,6 +11,7 @@ between two comments and is replaced as a whole:
   ...
   <!-- /figures -->
 """
+import csv
 import functools
 import json
 import math
@@ -819,6 +820,50 @@ def python(results):
         title = f"{count(triangles)} triangles in {order}order, ms: build; load"
         rows.append([title, *times])
     return markdown(["", "first", "second"], rows)
+
+
+# Newer libraries from PyPI: test/peers
+
+PEERS = ["ipctk", "coal", "fcl", "trimesh", "warp", "mujoco", "meshlib", "igl", "open3d", "pcu"]
+PEERS += ["vtk", "embreex", "fcpw", "drake"]
+
+
+def peer_rows(results, peer):
+    """The rows of one peer on one thread at the largest size, each beside ours on the same work.
+    Of a peer that has several ways, the fastest."""
+    rows, ours = {}, {}
+    for row in csv.DictReader(results.text("peers.csv").splitlines()):
+        name, variant = re.fullmatch(r"(\w+)(?: \((.*)\))?", row["peer"]).groups()
+        if row["threads"] != "1" or not row["ms a step"] or row["scene"] == "empty call":
+            continue
+        row["variant"], work = variant, (row["question"], row["scene"])
+        if name == "ours" and variant in (None, "one call", "beyond shared"):
+            ours[work, row["size"]] = row
+        if name == peer:
+            rows.setdefault(work, []).append(row)
+    for work, found in rows.items():
+        row = min(found, key=lambda r: (-int(r["size"]), float(r["ms a step"])))
+        yield row, ours[work, row["size"]]
+
+
+def peer_table(peer, results):
+    rows = []
+    for row, ours in peer_rows(results, peer):
+        name = f"{row['question']}, {row['scene']}"
+        if row["variant"]:
+            name += f" ({row['variant']})"
+        agrees = {"yes": "equal", "no": "differ", "-": row["remark"]}[row["agrees"]]
+        times = [float(r["ms a step"]) for r in (row, ours)]
+        rows.append([name, count(row["triangles"]), *map(number, times)])
+        rows[-1] += [number(times[0] / times[1]), agrees]
+    if not rows:
+        raise Missing("peers")
+    header = ["", "triangles", f"{peer}, ms", "ours, ms", "takes times ours", "answers"]
+    return markdown(header, rows)
+
+
+for peer_name in PEERS:
+    BLOCKS[f"peers-{peer_name}"] = functools.partial(peer_table, peer_name)
 
 
 @block("provenance")

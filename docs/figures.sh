@@ -236,6 +236,8 @@ write_provenance() {
     cp -r docs/*.md docs/pictures "$documents/docs"
   fi
   write_provenance
+  # test/peers/run.sh measures newer libraries, which it installs.
+  [ ! -e build/peers/peers.csv ] || cp build/peers/peers.csv "$results/peers.csv"
   python3 -B docs/figures.py write "$results" "$documents"
   python3 -B docs/figures_csv.py write "$results" "$documents/docs/figures.csv"
   for kind in contact growth totals; do
