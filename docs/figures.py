@@ -37,6 +37,24 @@ class Missing(Exception):
     """A part of the measurements was not made."""
 
 
+def printed_tables(text):
+    """Yields (the line before it, header, rows of cells) of each markdown table of a text. A table
+    without a header continues the one before it, under a heading of its own."""
+    heading, header, rows = "", [], []
+    for line in [*text.splitlines(), ""]:
+        if line.startswith("|"):
+            cells = [cell.strip() for cell in line.strip()[1:-1].split("|")]
+            if all(re.fullmatch("-+:?", cell) for cell in cells):
+                header, rows = rows[-1], []
+            else:
+                rows.append(cells)
+            continue
+        if rows:
+            yield heading, header, rows
+            rows = []
+        heading = line.strip() or heading
+
+
 class Results:
     """What the programs wrote: NAME.json, and what they printed, NAME.txt."""
 
@@ -56,20 +74,7 @@ class Results:
     @functools.lru_cache(maxsize=None)
     def tables(self, name):
         """Of a printed text: (the line before it, rows of cells), without headers."""
-        tables, heading, is_open = [], "", False
-        for line in self.text(name + ".txt").splitlines():
-            if not line.startswith("|"):
-                heading, is_open = line.strip() or heading, False
-                continue
-            cells = [cell.strip() for cell in line.strip()[1:-1].split("|")]
-            if not is_open:
-                tables.append((heading, []))
-            is_open = True
-            if all(re.fullmatch("-+:?", cell) for cell in cells):
-                tables[-1][1].clear()
-            else:
-                tables[-1][1].append(cells)
-        return tables
+        return [(heading, rows) for heading, _, rows in printed_tables(self.text(name + ".txt"))]
 
     def table(self, name, heading):
         return next(rows for line, rows in self.tables(name) if heading in line)

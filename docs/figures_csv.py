@@ -16,6 +16,8 @@ import statistics
 import sys
 from pathlib import Path
 
+from figures import printed_tables
+
 COLUMNS = ["commit", "date", "processor", "part", "table", "row", "column", "time"]
 LIMIT = 1.15
 UNIT = re.compile(r"(?:^|[\s,(])(?:ms|ns|µs|us)(?:$|[\s,)])")
@@ -26,24 +28,6 @@ NO_TIMES = re.compile(
 )
 NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 OTHERS = re.compile(r"FCL|Embree|CGAL|trimesh|expert", re.IGNORECASE)
-
-
-def tables(text):
-    """Yields (heading, header cells, rows of cells) of the markdown tables of a text."""
-    heading, header, rows = "", None, []
-    for line in text.splitlines() + [""]:
-        if line.startswith("|"):
-            cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
-            if header is None:
-                header = cells
-            elif not all(re.fullmatch(r":?-+:?", cell) for cell in cells):
-                rows.append(cells)
-            continue
-        if header is not None:
-            yield heading, header, rows
-            header, rows = None, []
-        if line.strip():
-            heading = line.strip()
 
 
 def time_of(cell):
@@ -62,7 +46,7 @@ def is_precise(cell, time):
 
 def rows_of(part, text):
     """Yields (part, table, row, column, time) of the times in a printed text."""
-    for heading, header, rows in tables(text):
+    for heading, header, rows in printed_tables(text):
         # What a heading says before its first number names the table; counts may change.
         table = re.split(r"[;(]", heading)[0].strip()
         # Either some columns name their unit, or all columns with numbers are times.
