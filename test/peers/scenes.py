@@ -319,10 +319,7 @@ def tiny(steps: int) -> Work:
 
 
 def add_points(work: Work, count: int) -> Work:
-    """Adds points in the box of the first frame, made larger by a tenth, and rays into it.
-
-    Neighbours in the array are near each other: points follow a random walk's order along a line.
-    """
+    """Adds random points in the box of the first frame, made larger by a tenth, and rays into it."""
     random = np.random.default_rng(count)
     low, high = work.frames[0].first.min(0), work.frames[0].first.max(0)
     centre, half = (low + high) / 2, 0.55 * (high - low) + 0.05 * (high - low).max()

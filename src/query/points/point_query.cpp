@@ -6,8 +6,10 @@
 #include <stdexcept>
 
 #include "adaptive_bvh/proximity.h"
+#include "base/leased.h"
 #include "base/rigid.h"
 #include "query/closed_surface.h"
+#include "query/points/point_order.h"
 #include "query/points/point_search.h"
 #include "query/points/surface_normals.h"
 #include "query/points/winding_number.h"
@@ -23,14 +25,20 @@ void requireFinite(const fcl::Vector3<S>* points, std::size_t count) {
       throw std::invalid_argument("adaptive_bvh: point " + std::to_string(i) + " is not finite");
 }
 
-/// Calls each(i, x) for all points, on the threads of the mesh's queries. Each thread calls
-/// makeEach() for a function of its own.
+/// Calls each(i, x) for all points, neighbours in space one after the other, on the threads of the
+/// mesh's queries. Each thread calls makeEach() for a function of its own.
 template <typename S, typename MakeEach>
 void forEachPoint(const MeshState& mesh, const fcl::Vector3<S>* points, std::size_t count,
                   const MakeEach& makeEach) {
+  const auto point = [&](std::size_t i) -> fcl::Vector3d {
+    return points[i].template cast<double>();
+  };
+  const Leased<PointOrder> leased;
+  const PointOrder& order = *leased;
+  leased->sort(count, point);
   forEachBatch(mesh.query_threads, count, [&](std::size_t begin, std::size_t end) {
     auto each = makeEach();
-    for (std::size_t i = begin; i < end; ++i) each(i, points[i].template cast<double>());
+    for (std::size_t i = begin; i < end; ++i) each(order[i], point(order[i]));
   });
 }
 
