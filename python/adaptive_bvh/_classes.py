@@ -17,10 +17,38 @@ def _text_of_value(value):
     return line if value.size <= _SHOWN else f"{line} of shape {value.shape}"
 
 
-def _repr(result):
+def _repr(result, name=None):
     """The attributes by name: "RayHits(rays=[0, 2], triangles=[7, 9], ...)"."""
-    values = (f"{name}={_text_of_value(getattr(result, name))}" for name in result._attributes)
-    return f"{type(result).__name__}({', '.join(values)})"
+    values = (f"{each}={_text_of_value(getattr(result, each))}" for each in result._attributes)
+    return f"{name or type(result).__name__}({', '.join(values)})"
+
+
+class SavedResult:
+    """What pickle and copy make of a result: its attributes, by the same names, and its text."""
+
+    def __init__(self, name, values):
+        self.__dict__.update(values)
+        self._name, self._attributes = name, list(values)
+
+    def __repr__(self):
+        return _repr(self, self._name)
+
+
+class SavedRows(SavedResult):
+    """Of a result that len() counts the rows of."""
+
+    def __init__(self, name, values, count):
+        super().__init__(name, values)
+        self._count = count
+
+    def __len__(self):
+        return self._count
+
+
+def _reduce_result(self, protocol):
+    values = {name: getattr(self, name) for name in self._attributes}
+    named = type(self).__name__, values
+    return (SavedRows, (*named, len(self))) if hasattr(self, "__len__") else (SavedResult, named)
 
 
 def _reduce_ex(self, protocol):
@@ -37,3 +65,4 @@ def complete():
             thing.__reduce_ex__ = _reduce_ex
             if "_attributes" in vars(thing):
                 thing.__repr__ = _repr
+                thing.__reduce_ex__ = _reduce_result

@@ -112,6 +112,12 @@ Rows::Rows(const py::object& object, const char* name, bool are_rounded) {
   numbers_ = converted<double>(are_rounded ? converted<float>(array) : array);
 }
 
+void Rows::repeat(std::size_t count) {
+  if (size() != 1) return;
+  const py::object broadcast = py::module_::import("numpy").attr("broadcast_to");
+  numbers_ = converted<double>(py::array(broadcast(numbers_, py::make_tuple(count, 3))));
+}
+
 StridedRows::StridedRows(const py::object& object, const char* name)
     : array_(rowsOfThree(object, name)) {
   is_double_ = !py::isinstance<py::array_t<float>>(array_);
@@ -142,6 +148,8 @@ fcl::Vector3d pointFrom(const py::object& object, const char* name) {
 RayArguments::RayArguments(const py::object& from, const py::object& along)
     : origins(listed(from, "origins"), "origins"),
       directions(listed(along, "directions"), "directions") {
+  origins.repeat(directions.size());
+  directions.repeat(origins.size());
   if (origins.size() != directions.size())
     throw py::value_error("there are " + std::to_string(origins.size()) + " origins and " +
                           std::to_string(directions.size()) + " directions");

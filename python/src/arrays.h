@@ -44,6 +44,8 @@ class Rows {
   }
   const fcl::Vector3d* end() const { return begin() + size(); }
   const py::array& array() const { return numbers_; }
+  /// One row becomes `count` equal ones; more rows stay as they are.
+  void repeat(std::size_t count);
 
  private:
   Contiguous<double> numbers_;
@@ -86,8 +88,8 @@ class StridedRows {
 /// The three numbers of one point. Throws like `Rows`.
 fcl::Vector3d pointFrom(const py::object& object, const char* name);
 
-/// N rays; one of (3,) numbers is a list of one. Throws as Rows, and py::value_error when there are
-/// not as many directions as origins.
+/// N rays. One origin is that of all directions, and one direction that of all origins. Throws as
+/// Rows, and py::value_error when there are not as many directions as origins.
 struct RayArguments {
   RayArguments(const py::object& from, const py::object& along);
 

@@ -144,19 +144,30 @@ std::shared_ptr<LockedMesh> LockedMesh::load(std::istream& in) {
   }
 }
 
+namespace {
+
+/// Makes an array read-only: a copy of the mesh's numbers, in which an assignment would be lost.
+py::array readOnly(py::array&& copy) {
+  copy.attr("flags").attr("writeable") = false;
+  return std::move(copy);
+}
+
+}  // namespace
+
 py::array LockedMesh::positions(const Points& (Mesh::*get)() const) const {
-  if (!is_single_) return adopt(query([&](const Mesh& mesh) { return Points((mesh.*get)()); }));
-  return adopt(query([&](const Mesh& mesh) {
+  if (!is_single_)
+    return readOnly(adopt(query([&](const Mesh& mesh) { return Points((mesh.*get)()); })));
+  return readOnly(adopt(query([&](const Mesh& mesh) {
     std::vector<fcl::Vector3f> rounded;
     rounded.reserve((mesh.*get)().size());
     for (const fcl::Vector3d& point : (mesh.*get)()) rounded.push_back(point.cast<float>());
     return rounded;
-  }));
+  })));
 }
 
 py::array LockedMesh::faces() const {
-  return adopt(
-      query([](const Mesh& mesh) { return std::vector<fcl::Triangle>(mesh.triangles()); }));
+  return readOnly(
+      adopt(query([](const Mesh& mesh) { return std::vector<fcl::Triangle>(mesh.triangles()); })));
 }
 
 namespace {
@@ -232,13 +243,15 @@ void bindCopies(Class& mesh) {
 }
 
 void bindProperties(Class& mesh) {
-  mesh.def_property_readonly("vertices", &LockedMesh::vertices,
-                             "A copy of the present positions, (N, 3), of the mesh's dtype.")
-      .def_property_readonly("previous_vertices", &LockedMesh::previousVertices,
-                             "A copy of the positions before the last update, where that was "
-                             "update_two_frames, of the mesh's dtype; (0, 3) otherwise.")
+  mesh.def_property_readonly(
+          "vertices", &LockedMesh::vertices,
+          "A read-only copy of the present positions, (N, 3), of the mesh's dtype.")
+      .def_property_readonly(
+          "previous_vertices", &LockedMesh::previousVertices,
+          "A read-only copy of the positions before the last update, where that was "
+          "update_two_frames, of the mesh's dtype; (0, 3) otherwise.")
       .def_property_readonly("faces", &LockedMesh::faces,
-                             "A copy of the vertices of each triangle, (M, 3), int64.")
+                             "A read-only copy of the vertices of each triangle, (M, 3), int64.")
       .def_property_readonly("num_vertices", &LockedMesh::numVertices, "N: how many vertices.")
       .def_property_readonly("num_faces", &LockedMesh::numFaces, "M: how many triangles.")
       .def_property_readonly("dtype", &LockedMesh::dtype,

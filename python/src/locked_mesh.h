@@ -48,11 +48,11 @@ class LockedMesh : public Bound, public std::enable_shared_from_this<LockedMesh>
   void save(std::ostream& out) const;
   /// Reads what `save` wrote, here or in earlier versions. Throws py::value_error on what is none.
   static std::shared_ptr<LockedMesh> load(std::istream& in);
-  /// A copy.
+  /// A read-only copy.
   py::array vertices() const { return positions(&Mesh::vertices); }
-  /// A copy. Without rows where there are none.
+  /// A read-only copy. Without rows where there are none.
   py::array previousVertices() const { return positions(&Mesh::previousVertices); }
-  /// A copy.
+  /// A read-only copy.
   py::array faces() const;
   py::dtype dtype() const { return is_single_ ? py::dtype::of<float>() : py::dtype::of<double>(); }
   std::size_t numVertices() const { return num_vertices_; }

@@ -12,8 +12,8 @@ namespace docs {
 constexpr const char* kFirstHit =
     R"(Of each of many rays the first triangle that it meets.
 
-origins, directions: (N, 3), or (3,) for one ray, in the mesh's own frame; directions of any length
-    but 0. Many rays in one call are faster than one by one.
+origins, directions: (N, 3), or (3,) for one that all rays share, in the mesh's own frame; directions
+    of any length but 0. Many rays in one call are faster than one by one.
 begin, end: hits count where begin <= t <= end. ValueError when begin is negative or end is less.
 Returns RayHits with N entries: t is infinite and the triangle -1 where a ray meets nothing.)";
 

@@ -383,3 +383,11 @@ def test_load_mesh_options(tmp_path):
     np.testing.assert_array_equal(welded.faces, [[0, 1, 2], [1, 3, 2]])
     with pytest.raises(ValueError):
         ab.weld_vertices(vertices, [[0, 1, 2]], tolerance=-1)
+
+
+def test_arrays_of_a_mesh_are_copies_that_cannot_be_written():
+    mesh = ab.DeformableMesh(np.eye(3), [[0, 1, 2]])
+    mesh.update_two_frames(2 * np.eye(3))
+    for array in (mesh.vertices, mesh.previous_vertices, mesh.faces):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0, 0] = 5

@@ -43,12 +43,24 @@ def things():
 @pytest.mark.parametrize("thing", things(), ids=lambda thing: type(thing).__name__)
 def test_every_protocol_works_or_raises(thing):
     for protocol in range(pickle.HIGHEST_PROTOCOL + 1):
-        if isinstance(thing, (ab.DeformableMesh, ab.Shape)):
+        if isinstance(thing, (ab.DeformableMesh, ab.Shape)) or hasattr(thing, "_attributes"):
             other = pickle.loads(pickle.dumps(thing, protocol))
             assert repr(other) == repr(thing)
         else:
             with pytest.raises(TypeError, match="cannot pickle"):
                 pickle.dumps(thing, protocol)
+
+
+def test_a_pickled_result_has_its_attributes():
+    """Also those that are results, and arrays that would share memory with the result."""
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]])
+    mesh = ab.DeformableMesh(vertices, [[0, 1, 2]])
+    found = ab.feature_pairs_within(mesh, ab.DeformableMesh(vertices + 0.1, [[0, 1, 2]]), distance=1)
+    details = ab.feature_pair_details(mesh, mesh, found)
+    for other in (pickle.loads(pickle.dumps(details)), copy.deepcopy(details)):
+        assert repr(other) == repr(details)
+        np.testing.assert_array_equal(other.edge_edge.distances, details.edge_edge.distances)
+        assert len(other.edge_edge) == len(details.edge_edge)
 
 
 def test_a_pickle_of_an_old_protocol_holds_the_mesh():

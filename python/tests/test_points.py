@@ -146,6 +146,21 @@ def test_a_range_of_rays_keeps_what_lies_in_it(moved, begin, end):
     assert one.triangles == first.triangles[[3]] and one.t == first.t[[3]]
 
 
+def test_rays_share_an_origin_or_a_direction(moved):
+    mesh, *_ = moved
+    random = np.random.default_rng(5)
+    many = random.uniform(-1, 1, (20, 3))
+    expected = ab.first_hit(mesh, np.tile([3.0, 2, 1], (20, 1)), many - [3.0, 2, 1])
+    for origin in ([3.0, 2, 1], [[3.0, 2, 1]]):
+        np.testing.assert_array_equal(
+            ab.first_hit(mesh, origin, many - [3.0, 2, 1]).t, expected.t
+        )
+    down = ab.first_hit(mesh, many + [0, 0, 5], np.tile([0.0, 0, -1], (20, 1)))
+    np.testing.assert_array_equal(ab.first_hit(mesh, many + [0, 0, 5], [0, 0, -1]).t, down.t)
+    assert len(ab.first_hit(mesh, [0, 0, 0], np.zeros((0, 3)))) == 0
+
+
+
 def test_what_is_no_point_or_ray_is_refused(moved):
     mesh, _, _ = moved
     for query, sentence in (
@@ -154,7 +169,7 @@ def test_what_is_no_point_or_ray_is_refused(moved):
         (lambda: ab.closest_points(mesh, [0, 0, 0]), "has the shape"),
         (lambda: ab.first_hit(mesh, [0, 0, 0], [0, 0, 0]), "direction is zero"),
         (lambda: ab.first_hit(mesh, np.zeros((2, 3)), np.ones((3, 3))), "2 origins and 3"),
-        (lambda: ab.ray_hits(mesh, np.zeros((2, 3)), [1, 0, 0]), "2 origins and 1"),
+        (lambda: ab.ray_hits(mesh, np.zeros((3, 3)), np.ones((2, 3))), "3 origins and 2"),
         (lambda: ab.ray_hits(mesh, np.zeros((2, 3)), [[np.inf, 0, 0]] * 2), "not finite"),
         (lambda: ab.first_hit(mesh, [0, 0, 0], [1, 0, 0], end=np.nan), "range of a ray is NaN"),
         (lambda: ab.any_hit(mesh, [[0, 0, 0]], [[1, 0, 0]], begin=-1), "begins below t = 0"),
