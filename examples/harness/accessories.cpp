@@ -1,4 +1,7 @@
 #include "bay.h"
+
+#include <cmath>
+
 #include "route.h"
 #include "solids.h"
 
@@ -64,9 +67,9 @@ Surface oilFilter() {
 
 Surface dipstick() {
   Surface surface = pipe(
-      {{360, 236, 190}, {360, 222, 220}, {360, 203, 280}, {360, 199, 320}, {360, 199, 348}}, 4);
-  surface.add(cylinder(7, 8, 1.5, 24).moved(placed({360, 199, 344}, Point::UnitZ())));
-  return surface.add(torus(8, 2.5).moved(placed({360, 199, 362}, Point::UnitX())));
+      {{360, 236, 190}, {360, 222, 220}, {360, 203, 280}, {360, 199, 320}, {360, 199, 347}}, 4);
+  surface.add(cylinder(7, 8, 1.5, 24).moved(placed({360, 199, 343}, Point::UnitZ())));
+  return surface.add(torus(8, 2.5).moved(placed({360, 199, 361}, Point::UnitX())));
 }
 
 Surface camSensor() {

@@ -1,4 +1,7 @@
 #include "bay.h"
+
+#include <cmath>
+
 #include "solids.h"
 
 namespace harness {

@@ -1,4 +1,8 @@
 #include "bay.h"
+
+#include <algorithm>
+#include <cmath>
+
 #include "solids.h"
 
 namespace harness {
@@ -31,10 +35,8 @@ Surface head() {
 Surface valveCover() {
   Surface surface = roundedBox({274, 264, 338}, {626, 396, 386}, 16, 5);
   surface.add(roundedBox({266, 256, 336}, {634, 404, 346}, 4, 2));  // flange
-  for (int i = 0; i < 5; ++i) {
-    const double x = 270 + 90 * i;
+  for (const double x : {450., 540.})                               // ribs
     surface.add(roundedBox({x - 3, 272, 360}, {x + 3, 388, 390}, 2.5, 2));
-  }
   return surface;
 }
 

@@ -1,3 +1,4 @@
+// The surface of the harness: tubes around its cables, and connectors.
 #include <algorithm>
 #include <cmath>
 

@@ -6,8 +6,8 @@ TrunkClips trunkClips() { return {{655, 456, 428}, {600, 205, 393}, {300, 205, 3
 
 std::vector<Cable> cables() {
   const auto [gearbox, rail_right, rail_left] = trunkClips();
-  const Point above_head(660, 415, 430), before_rail(652, 262, 414), rail_middle(450, 203, 390),
-      between_coils(525, 204, 391), end(266, 206, 390);
+  const Point above_head(660, 415, 430), before_rail(652, 262, 414), rail_middle(450, 203, 387),
+      between_coils(525, 204, 388), end(266, 206, 390);
   return {
       {"trunk",
        7,
@@ -21,7 +21,7 @@ std::vector<Cable> cables() {
         rail_right,
         between_coils,
         rail_middle,
-        {375, 204, 391},
+        {375, 204, 389},
         rail_left,
         end},
        {gearbox, rail_right, rail_left},

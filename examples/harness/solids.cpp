@@ -130,8 +130,7 @@ Section hull(Section points) {
 }  // namespace
 
 Eigen::Isometry3d placed(const Point& origin, const Point& axis) {
-  return Eigen::Translation3d(origin) *
-         Eigen::Quaterniond::FromTwoVectors(Point::UnitZ(), axis.normalized());
+  return Eigen::Translation3d(origin) * shortestTurn(Point::UnitZ(), axis.normalized());
 }
 
 Surface roundedBox(const Point& low, const Point& high, double radius, int cuts) {

@@ -118,12 +118,17 @@ Points tangents(const Points& curve, bool loop) {
   return directions;
 }
 
+Eigen::Quaterniond shortestTurn(const Point& from, const Point& to) {
+  const double w = 1 + from.dot(to);
+  const Point axis = w > 1e-12 ? Point(from.cross(to)) : from.unitOrthogonal();
+  return Eigen::Quaterniond(w > 1e-12 ? w : 0, axis[0], axis[1], axis[2]).normalized();
+}
+
 Points transportedNormals(const Points& directions, const Point& first) {
   Points normals;
   Point normal = first;
   for (std::size_t i = 0; i < directions.size(); ++i) {
-    if (i > 0)
-      normal = Eigen::Quaterniond::FromTwoVectors(directions[i - 1], directions[i]) * normal;
+    if (i > 0) normal = shortestTurn(directions[i - 1], directions[i]) * normal;
     normal = (normal - directions[i].dot(normal) * directions[i]).normalized();
     normals.push_back(normal);
   }

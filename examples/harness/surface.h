@@ -33,6 +33,10 @@ Points smoothCurve(const Points& through, double step);
 /// Directions of a curve at its points.
 Points tangents(const Points& curve, bool loop = false);
 
+/// The shortest turn from one direction to another, of unit length. (Eigen's FromTwoVectors brings
+/// a singular value decomposition, which takes ten seconds to compile.)
+Eigen::Quaterniond shortestTurn(const Point& from, const Point& to);
+
 /// A normal at each point of a curve, turned as little as possible from one to the next.
 Points transportedNormals(const Points& directions, const Point& first);
 

@@ -68,7 +68,7 @@ TEST(ElasticRods, SagAsABeamDoes) {
   const double length = 320, gravity = 1000;
   const harness::RodMaterial material;
   ElasticRods rods(material);
-  const auto along_x = Eigen::Quaterniond::FromTwoVectors(Point::UnitZ(), Point::UnitX());
+  const auto along_x = harness::shortestTurn(Point::UnitZ(), Point::UnitX());
   rods.addNode(Point(0, 0, 0));
   for (int i = 0; i < edges; ++i) {
     rods.addNode(Point(length * (i + 1) / edges, 0, 0));
