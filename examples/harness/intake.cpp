@@ -73,7 +73,7 @@ Surface exhaust() {
   }
   surface.add(turned({{24, 0}, {26, 2}, {26, 40}, {44, 85}, {44, 95}, {30, 96}}, 48)
                   .moved(placed({450, 472, 85}, Point::UnitZ())));
-  return surface.add(pipe({{450, 472, 90}, {450, 474, 60}, {452, 500, 25}, {452, 560, 18}}, 25));
+  return surface.add(pipe({{450, 472, 90}, {450, 474, 62}, {452, 500, 36}, {452, 560, 30}}, 25));
 }
 
 Surface heatShield() {

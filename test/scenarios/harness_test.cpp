@@ -142,7 +142,8 @@ TEST(Harness, IsInItsFiles) {
     for (std::size_t k = 0; k < 3; ++k)
       ASSERT_EQ(surface.triangles[t][k], mesh.triangles[t][int(k)]);
   const auto welded = adaptive_bvh::loadMesh<double>(stl.path());
-  EXPECT_EQ(surface.vertices.size(), welded.vertices.size());
+  // The trunk and its last two branches share the middle of a cap.
+  EXPECT_EQ(surface.vertices.size() - 2, welded.vertices.size());
   EXPECT_EQ(surface.triangles.size(), welded.triangles.size());
   EXPECT_THROW(harness::writePly(surface, testing::TempDir() + "no/such/folder.ply"),
                std::runtime_error);
