@@ -11,16 +11,16 @@ namespace {
 
 constexpr double kEdge = 10;                    // length of an edge, mm
 constexpr double kSubstep = 5e-5;               // below the limit of the stiffest springs, 9e-5 s
-constexpr double kSettling = 60, kDamping = 8;  // 1/s
+constexpr double kSettling = 60, kDamping = 10;  // 1/s
 const Point kGravity(0, 0, -9810);
 
-/// The shaker's acceleration, mm/s^2: a sine of 15 m/s^2 up and down and less sideways, which
+/// The shaker's acceleration, mm/s^2: a sine of 12 m/s^2 up and down and less sideways, which
 /// rises from 5 to 16 Hz within 2.5 s.
 Point shakerAcceleration(double t) {
   const double swept = std::min(t, 2.5);
   const double phase = 2 * M_PI * (5 * t + 11 / 2.5 * (swept * t - swept * swept / 2));
   const double fade_in = std::min(1., t / 0.05);
-  return 15e3 * fade_in *
+  return 12e3 * fade_in *
          Point(0.4 * std::sin(phase + 2), 0.7 * std::sin(phase + 1), std::sin(phase));
 }
 
