@@ -285,8 +285,8 @@ TEST_F(SinglePrecision, FeaturesAndImpactsAreThoseOfDouble) {
     distanceDerivatives(first_.single, tf1_, second_.single, tf2_, pairs, details, derivatives);
     distanceDerivatives(first_.twin, twin1(), second_.twin, twin2(), pairs, details_twin,
                         derivatives_twin);
-    const auto &of_single = derivatives.vertex_face.second,
-               &of_twin = derivatives_twin.vertex_face.second;
+    const auto& of_single = derivatives.vertex_face.second;
+    const auto& of_twin = derivatives_twin.vertex_face.second;
     EXPECT_EQ(of_twin.vertices, of_single.vertices);
     for (std::size_t i = 0; i < of_single.gradients.size(); ++i)  // of rounded details
       EXPECT_LE((of_twin.gradients[i] - of_single.gradients[i].cast<double>()).norm(), 0x1p-22);
