@@ -13,7 +13,7 @@ import json
 import math
 import os
 from collections import defaultdict
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -313,25 +313,34 @@ def answered(worker: Worker, question: str, variant: str, works: list[Work]) -> 
 def run(workers: list[Worker], question: str, numbers: range):
     """Asks all works with these numbers, all peers at once; the judge is the last of the workers.
 
-    Yields the comparisons so far.
+    Yields the comparisons so far. Peers answer a batch while the one before it is compared.
     """
     asked = [(w, v) for w in workers for v in w.variants(question)]
     compared = [Comparison(*each, question) for each in asked[1:]]
-
-    def ask(worker: Worker, works: list[Work]) -> list[list]:
-        return [answered(worker, question, variant, works) for variant in worker.variants(question)]
-
+    before: list[Case] = []
+    futures: list[Future] = []
     with ThreadPoolExecutor(len(workers)) as pool:
-        for begin in range(0, len(numbers), BATCH):
+        for begin in range(0, len(numbers) + BATCH, BATCH):
             batch = [made(question, number) for number in numbers[begin : begin + BATCH]]
             works = [case.work for case in batch]
-            found = list(pool.map(lambda worker: ask(worker, works), workers))
-            ours, *others = [answers for each in found for answers in each]
-            for i, case in enumerate(batch):
-                case.truth = others[-1][i]
-                for comparison, theirs in zip(compared, others):
-                    comparison.compare(case, ours[i], theirs[i])
-            yield compared
+            found = [answers for future in futures for answers in future.result()]
+            futures = [pool.submit(all_answers, w, question, works) for w in workers if batch]
+            if before:
+                compare_batch(compared, before, *found)
+                yield compared
+            before = batch
+
+
+def all_answers(worker: Worker, question: str, works: list[Work]) -> list[list]:
+    """Answers of each variant of a peer."""
+    return [answered(worker, question, variant, works) for variant in worker.variants(question)]
+
+
+def compare_batch(compared: list[Comparison], batch: list[Case], ours: list, *others: list) -> None:
+    for i, case in enumerate(batch):
+        case.truth = others[-1][i]
+        for comparison, theirs in zip(compared, others):
+            comparison.compare(case, ours[i], theirs[i])
 
 
 class Report:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib
 import multiprocessing
 import os
+import threading
 import time
 import traceback
 import warnings
@@ -154,6 +155,7 @@ class Worker:
         self.peer, self.threads, self.first = peer, threads, first
         self.environment = environment
         self.patience = 600.0
+        self.lock = threading.Lock()
         self.process = None
         self.about = {}
         self.start()
@@ -200,14 +202,18 @@ class Worker:
             raise Crash(f"died with exit code {self.process.exitcode}") from None
 
     def call(self, name: str, *arguments):
-        """Calls a method of the server. Raises Crash or Failure; after a Crash it runs anew."""
-        try:
-            self.pipe.send((name, arguments))
-            good, answer = self._receive(self.patience)
-        except (Crash, BrokenPipeError) as crash:
-            self.stop()
-            self.start()
-            raise Crash(str(crash)) from None
+        """Calls a method of the server. Raises Crash or Failure; after a Crash it runs anew.
+
+        Threads may call; one waits for the other.
+        """
+        with self.lock:
+            try:
+                self.pipe.send((name, arguments))
+                good, answer = self._receive(self.patience)
+            except (Crash, BrokenPipeError) as crash:
+                self.stop()
+                self.start()
+                raise Crash(str(crash)) from None
         if not good:
             raise Failure(answer)
         return answer
