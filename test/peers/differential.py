@@ -195,9 +195,12 @@ class Comparison:
             self._compare_numbers(count, case, ours, theirs)
 
     def _compare_pairs(self, count: Count, case: Case, ours, theirs) -> None:
-        a, b, truth = (_set(x) for x in (ours, theirs, case.truth))
+        a, b = _set(ours), _set(theirs)
         if a == b:
             return
+        if case.truth is None:
+            case.truth = judge.answer(self.question, case.work)
+        truth = _set(case.truth)
         count.differences += 1
         wrong = {"ours": sorted((a ^ truth) - (a & b)), "theirs": sorted((b ^ truth) - (a & b))}
         count.ours_wrong += bool(wrong["ours"])
@@ -215,7 +218,8 @@ class Comparison:
         entries = np.flatnonzero(differing("lengths", ours, theirs, self.limit * units))
         for i in map(int, entries):
             count.differences += 1
-            truths = truths_of(self.question, case.work, i, self.limit, case.truth[i])
+            truth = None if case.truth is None else case.truth[i]
+            truths = truths_of(self.question, case.work, i, self.limit, truth)
             ours_error = _apart(ours[i], truths[0]) / units[i]
             theirs_error = _outside(theirs[i], truths) / units[i]
             is_ours = bool(ours_error > self.our_limit)
@@ -311,9 +315,9 @@ def answered(worker: Worker, question: str, variant: str, works: list[Work]) -> 
 
 
 def run(workers: list[Worker], question: str, numbers: range):
-    """Asks all works with these numbers, all peers at once; the judge is the last of the workers.
+    """Asks all works with these numbers, all peers at once. Yields the comparisons so far.
 
-    Yields the comparisons so far. Peers answer a batch while the one before it is compared.
+    Peers answer a batch while the one before it is compared.
     """
     asked = [(w, v) for w in workers for v in w.variants(question)]
     compared = [Comparison(*each, question) for each in asked[1:]]
@@ -326,7 +330,7 @@ def run(workers: list[Worker], question: str, numbers: range):
             found = [answers for future in futures for answers in future.result()]
             futures = [pool.submit(all_answers, w, question, works) for w in workers if batch]
             if before:
-                compare_batch(compared, before, *found)
+                compare_batch(compared, before, found)
                 yield compared
             before = batch
 
@@ -336,11 +340,16 @@ def all_answers(worker: Worker, question: str, works: list[Work]) -> list[list]:
     return [answered(worker, question, variant, works) for variant in worker.variants(question)]
 
 
-def compare_batch(compared: list[Comparison], batch: list[Case], ours: list, *others: list) -> None:
-    for i, case in enumerate(batch):
-        case.truth = others[-1][i]
-        for comparison, theirs in zip(compared, others):
-            comparison.compare(case, ours[i], theirs[i])
+def compare_batch(compared: list[Comparison], batch: list[Case], found: list[list]) -> None:
+    """found: answers of this library, then those of each comparison."""
+    ours, *others = found
+    for comparison, answers in zip(compared, others):
+        if comparison.peer.peer == "judge":
+            for case, answer in zip(batch, answers):
+                case.truth = answer
+    for comparison, answers in zip(compared, others):
+        for i, case in enumerate(batch):
+            comparison.compare(case, ours[i], answers[i])
 
 
 class Report:
@@ -395,13 +404,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cases", type=int, default=1800, help="cases of each question")
     parser.add_argument("--first", type=int, default=0, help="number of the first case")
-    parser.add_argument("--peers", nargs="*", default=PEERS)
+    parser.add_argument("--peers", nargs="*", default=[*PEERS, "judge"])
     parser.add_argument("--questions", nargs="*", default=list(KINDS))
     parser.add_argument("--csv", default="", help="counts are added to this file")
     parser.add_argument("--json", default="differences.json")
     parser.add_argument("--replay", help="a JSON file of inputs: prints what each peer answers")
     options = parser.parse_args()
-    workers = start([*options.peers, "judge"], 1, spread=True)
+    workers = start(options.peers, 1, spread=True)
     if options.replay:
         replay(workers, options.replay)
     else:
