@@ -243,15 +243,24 @@ def _gap(a: list[tuple[int, int]], b: list[tuple[int, int]]) -> int:
     return sum(max(0, x[0] - y[1], y[0] - x[1]) ** 2 for x, y in zip(a, b))
 
 
+def _hits(
+    o: Point, d: Point, mesh: list[Triangle], in_plane: bool = False
+) -> list[tuple[Square, int]]:
+    """t of the hits of a ray, each with the number of its triangle."""
+    times = [(ray_time(o, d, triangle, in_plane), k) for k, triangle in enumerate(mesh)]
+    return [(t, k) for t, k in times if t is not None]
+
+
 def _first_hit(o: Point, d: Point, mesh: list[Triangle], in_plane: bool = False) -> float:
-    times = [t for x in mesh if (t := ray_time(o, d, x, in_plane)) is not None]
-    return float(min(times)) if times else math.inf
+    hits = _hits(o, d, mesh, in_plane)
+    return float(min(hits)[0]) if hits else math.inf
 
 
 def hits_near(work, entry: int, shift: float) -> list[float]:
     """t of the first hit of a ray, of eight parallel rays that are `shift` beside it, and of edges
     that it passes within twice of `shift`: sharp corners may lie between the nine rays. Also of
-    the ray if triangles count in whose plane it lies: libraries differ in that.
+    the planes of triangles that the nine hit, and of the ray if triangles count in whose plane it
+    lies: libraries differ in that.
 
     An answer between the least and the largest of them has an error of the ray of at most `shift`.
     """
@@ -265,7 +274,12 @@ def hits_near(work, entry: int, shift: float) -> list[float]:
     positions = work.frames[0].first
     (points, starts, (direction,)), _ = whole(positions, starts, d[None])
     mesh = triangles(points, work.faces)
-    found = [_first_hit(o, direction, mesh) for o in starts]
+    hits = [_hits(o, direction, mesh) for o in starts]
+    found = [float(min(h)[0]) if h else math.inf for h in hits]
+    for k in {min(h)[1] for h in hits if h}:
+        n = normal(mesh[k])
+        t = Fraction(dot(sub(mesh[k][0], starts[0]), n), dot(direction, n))
+        found.append(max(0.0, float(t)))
     found.append(_first_hit(starts[0], direction, mesh, in_plane=True))
     return found + _passed(work, origin, d, 2 * shift)
 

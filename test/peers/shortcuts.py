@@ -19,6 +19,8 @@ SHORTCUTS = ["Supports", "FlatPatches", "SinglePrecision", "Avx2", "Coherence", 
 SHORTCUTS += ["Threads", "RoundedPredicates"]
 THREADS = 2
 BATCH = 500
+# Of each scene; the last step is compared.
+STEPS, POINTS = 3, 1000
 # Of a length: where two answers are equally near, rounding chooses one.
 ROUNDING = 1e-12
 
@@ -75,35 +77,31 @@ def check_build() -> None:
         raise SystemExit("the module was built without ADAPTIVE_BVH_SHORTCUT_TESTS")
 
 
-def compare_cases(whole: Worker, other: Worker, question: str, numbers: range) -> Differences:
-    found = Differences(KINDS[question], ROUNDING)
-    for variant in whole.variants(question):
-        for begin in range(0, len(numbers), BATCH):
-            works = [cases.make(question, n)[1] for n in numbers[begin : begin + BATCH]]
-            answers = [w.call("cases", question, variant, works) for w in (whole, other)]
-            for work, *both in zip(works, *answers):
-                found.add(*both, units_of(question, work))
+def compare_cases(workers: list[Worker], question: str, numbers: range) -> list[Differences]:
+    """Compares the first worker with each other one."""
+    found = [Differences(KINDS[question], ROUNDING) for _ in workers[1:]]
+    for begin in range(0, len(numbers), BATCH):
+        works = [cases.make(question, n)[1] for n in numbers[begin : begin + BATCH]]
+        units = [units_of(question, work) for work in works]
+        for variant in workers[0].variants(question):
+            whole, *others = [w.call("cases", question, variant, works) for w in workers]
+            for d, answers in zip(found, others):
+                for both in zip(whole, answers, units):
+                    d.add(*both)
     return found
 
 
-def compare_scenes(whole: Worker, other: Worker, name: str) -> Differences:
+def compare_scenes(workers: list[Worker], name: str) -> list[Differences]:
     question = QUESTIONS[name]
-    found = Differences(question.kind, max(question.limit, ROUNDING))
-    for variant in whole.variants(name):
-        for number in range(len(question.scenes)):
-            scene = number, 1, 4, 2000
-            both = [w.call("measure", name, variant, scene) for w in (whole, other)]
-            if "missing" not in both[0]:
-                found.add(both[0]["answer"], both[1]["answer"], 1.0)
+    found = [Differences(question.kind, max(question.limit, ROUNDING)) for _ in workers[1:]]
+    for number in range(len(question.scenes)):
+        scene = number, 1, STEPS, POINTS
+        for variant in workers[0].variants(name):
+            whole, *others = [w.call("measure", name, variant, scene) for w in workers]
+            for d, other in zip(found, others):
+                if "missing" not in whole:
+                    d.add(whole["answer"], other["answer"], 1.0)
     return found
-
-
-def compare_all(whole: Worker, other: Worker, works: int):
-    """Yields the name of each question, and what was compared."""
-    for question in KINDS:
-        yield question, compare_cases(whole, other, question, range(works))
-    for question in QUESTIONS:
-        yield f"{question}, scenes", compare_scenes(whole, other, question)
 
 
 def main() -> None:
@@ -112,17 +110,19 @@ def main() -> None:
     parser.add_argument("--works", type=int, default=2000, help="small inputs of each question")
     options = parser.parse_args()
     check_build()
-    whole, wrong = ours(""), 0
-    form = "{:18} {:28} {:>6} {:>10} {:>6} {:>9}"
-    print(form.format("without", "question", "works", "other bits", "wrong", "by"))
-    for shortcut in options.shortcuts:
-        other = ours(shortcut)
-        for name, found in compare_all(whole, other, options.works):
+    workers = [ours(shortcut) for shortcut in ["", *options.shortcuts]]
+    rows = [(q, lambda q=q: compare_cases(workers, q, range(options.works))) for q in KINDS]
+    rows += [(f"{q}, scenes", lambda q=q: compare_scenes(workers, q)) for q in QUESTIONS]
+    form = "{:28} {:18} {:>6} {:>10} {:>6} {:>9}"
+    print(form.format("question", "without", "works", "other bits", "wrong", "by"))
+    wrong = 0
+    for name, compare in rows:
+        for shortcut, found in zip(options.shortcuts, compare()):
             wrong += found.wrong
             row = [found.asked, found.other_bits, found.wrong, f"{found.worst:.2g}"]
-            print(form.format(shortcut, name, *row), flush=True)
-        other.stop()
-    whole.stop()
+            print(form.format(name, shortcut, *row), flush=True)
+    for worker in workers:
+        worker.stop()
     if wrong:
         raise SystemExit(f"{wrong} answers differ by more than rounding")
 
