@@ -867,8 +867,33 @@ def peer_table(peer, results):
     return markdown(header, rows)
 
 
+COUNTED = ["cases", "differ", "ours wrong", "theirs wrong", "fails"]
+
+
 for peer_name in PEERS:
     BLOCKS[f"peers-{peer_name}"] = functools.partial(peer_table, peer_name)
+
+
+@block("peer-differences")
+def peer_differences(_):
+    """What test/peers/differential.py --csv has counted: not measured here, so read from there."""
+    path = Path(__file__).resolve().parents[1] / "test" / "peers" / "differences.csv"
+    if not path.exists():
+        raise Missing("differences")
+    found = {}
+    for row in csv.DictReader(path.read_text(encoding="utf-8").splitlines()):
+        found.setdefault((row["question"], row["peer"]), []).append(row)
+    rows = []
+    for (question, peer), families in found.items():
+        total = {k: sum(int(f[k]) for f in families) for k in families[0] if k in COUNTED}
+        wrong = [f for f in families if int(f["theirs wrong"])]
+        shares = [(int(f["theirs wrong"]) / int(f["cases"]), f["family"]) for f in wrong]
+        where = ", ".join(f"{name} {number(100 * x)}" for x, name in sorted(shares, reverse=True))
+        worst = max((float(f["theirs by"]) for f in wrong), default=0)
+        rows.append([question, peer, *(count(total[k]) for k in COUNTED)])
+        rows[-1] += [number(worst) if math.isfinite(worst) else "hit or miss", where]
+    header = ["", "library", *COUNTED, "theirs by at most", "wrong in %, by family"]
+    return markdown(header, rows)
 
 
 @block("provenance")

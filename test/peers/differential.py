@@ -1,17 +1,19 @@
 """Asks all peers the same small questions, and a third judge who is wrong where they differ.
 
 Prints a table: peer, question, family, cases, differences, how often each side is wrong and by how
-much at most. Writes inputs of differences, made smaller, as JSON.
+much at most. Writes these counts as CSV, and inputs of differences, made smaller, as JSON.
 """
 
 from __future__ import annotations
 
 import argparse
 import copy
+import csv
 import json
 import math
 import os
 from collections import defaultdict
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -30,9 +32,11 @@ KINDS = {
     "winding numbers": "numbers",
     "first hits": "lengths",
 }
-# Fast winding numbers are approximations; exact ones of single precision are worse near a surface.
-WINDING = {"single": 5e-2, "double": 5e-2}
+# Of one peer and family.
 KEPT = 3
+BATCH = 50 * len(cases.FAMILIES)
+COLUMNS = ["question", "peer", "family", "cases", "differ", "ours wrong", "theirs wrong"]
+COLUMNS += ["ours by", "theirs by", "fails", "remark"]
 
 
 @dataclass
@@ -49,11 +53,57 @@ class Count:
     remark: str = ""
     kept: list = field(default_factory=list)
 
+    def add_row(self, row: dict) -> None:
+        """Adds the row of an earlier run."""
+        numbers = [int(row[name]) for name in [*COLUMNS[3:7], "fails"]]
+        self.cases += numbers[0]
+        self.differences += numbers[1]
+        self.ours_wrong += numbers[2]
+        self.theirs_wrong += numbers[3]
+        self.failures += numbers[4]
+        self.ours_worst = max(self.ours_worst, float(row["ours by"]))
+        self.theirs_worst = max(self.theirs_worst, float(row["theirs by"]))
+        self.remark = self.remark or row["remark"]
 
-def limit_of(question: str, precision: str, unit: float) -> float:
+    def row(self, *key: str) -> dict:
+        numbers = [self.cases, self.differences, self.ours_wrong, self.theirs_wrong]
+        worst = [f"{x:.2g}" for x in (self.ours_worst, self.theirs_worst)]
+        return dict(zip(COLUMNS, [*key, *numbers, *worst, self.failures, self.remark]))
+
+
+@dataclass
+class Case:
+    """A work with its number, and the length of 1 in each of its answers: errors are relative."""
+
+    number: int
+    family: str
+    work: Work
+    units: np.ndarray
+    truth: np.ndarray | None = None
+
+
+def made(question: str, number: int) -> Case:
+    family, work = cases.make(question, number)
+    return Case(number, family, work, units_of(question, work))
+
+
+def units_of(question: str, work: Work) -> np.ndarray:
+    if question == "first hits":
+        return scale(work) / np.linalg.norm(work.directions, axis=1)
+    count = len(work.points) if question in ("closest points", "winding numbers") else 1
+    return np.full(count, 1.0 if question == "winding numbers" else scale(work))
+
+
+def answers_in(question: str) -> int:
+    """Cases in a work: each point and each ray is one."""
+    return 1 if question in ("distance", "contacts") else 8
+
+
+def limit_of(question: str, precision: str, variant: str = "") -> float:
+    """Fast winding numbers are approximations; sums of angles lose digits near edges."""
     if question == "winding numbers":
-        return WINDING[precision]
-    return unit * (SINGLE if precision == "single" else DOUBLE)
+        return 1e-6 if "exact" in (precision, variant) else 5e-2
+    return {"single": SINGLE, "double": DOUBLE, "exact": 1e-12}[precision]
 
 
 def part(work: Work, faces=None, other=None, entry: int | None = None) -> Work:
@@ -119,95 +169,89 @@ def load(text: dict) -> tuple[str, Work]:
 class Comparison:
     """Compares one variant of one peer with this library for one question."""
 
-    def __init__(self, peer: Worker, variant: str, question: str, verdicts: Verdicts):
+    def __init__(self, peer: Worker, variant: str, question: str):
         self.peer, self.variant, self.question = peer, variant, question
-        self.verdicts = verdicts
-        self.precision = chosen(peer, "precision", question)
+        self.limit = limit_of(question, chosen(peer, "precision", question), variant)
+        self.our_limit = limit_of(question, "double", "exact")
         self.counts: dict[str, Count] = defaultdict(Count)
 
-    def compare(self, family: str, number: int, work: Work, ours, theirs) -> None:
-        count = self.counts[family]
-        count.cases += 1
+    def compare(self, case: Case, ours, theirs) -> None:
+        count = self.counts[case.family]
+        count.cases += len(case.units)
         if isinstance(theirs, str):
-            count.failures += 1
+            count.failures += len(case.units)
             count.remark = theirs
-            self._keep(count, number, work, {"failure": theirs})
+            self._keep(count, case, case.work, {"failure": theirs})
         elif isinstance(ours, str):
-            count.ours_wrong += 1
+            count.ours_wrong += len(case.units)
             count.remark = f"ours: {ours}"
-            self._keep(count, number, work, {"ours": ours})
+            self._keep(count, case, case.work, {"ours": ours}, True)
         elif KINDS[self.question] == "pairs":
-            self._compare_pairs(count, number, work, ours, theirs)
+            self._compare_pairs(count, case, ours, theirs)
+        elif np.shape(ours) != np.shape(theirs):
+            count.failures += len(case.units)
+            count.remark = f"shape {np.shape(theirs)}"
         else:
-            self._compare_numbers(count, number, work, ours, theirs)
+            self._compare_numbers(count, case, ours, theirs)
 
-    def _compare_pairs(self, count: Count, number: int, work: Work, ours, theirs) -> None:
-        a, b = ({tuple(map(int, p)) for p in np.reshape(x, (-1, 2))} for x in (ours, theirs))
+    def _compare_pairs(self, count: Count, case: Case, ours, theirs) -> None:
+        a, b = _set(ours), _set(theirs)
         if a == b:
             return
+        if case.truth is None:
+            case.truth = judge.answer(self.question, case.work)
+        truth = _set(case.truth)
         count.differences += 1
-        wrong = {"ours": [], "theirs": []}
-        for pair in sorted(a ^ b):
-            truth = self.verdicts.of((number, pair), lambda p=pair: judge.touch(work, p))
-            wrong["theirs" if truth == (pair in a) else "ours"].append(pair)
+        wrong = {"ours": sorted((a ^ truth) - (a & b)), "theirs": sorted((b ^ truth) - (a & b))}
         count.ours_wrong += bool(wrong["ours"])
         count.theirs_wrong += bool(wrong["theirs"])
         count.ours_worst = max(count.ours_worst, len(wrong["ours"]))
         count.theirs_worst = max(count.theirs_worst, len(wrong["theirs"]))
-        i, j = (wrong["ours"] or wrong["theirs"])[0]
-        small = part(work, [i], [j])
-        says = {"touch": ((i, j) in a) != bool(wrong["ours"]), "ours": (i, j) in a}
-        says["theirs"] = (i, j) in b
-        self._keep(count, number, small, says, bool(wrong["ours"]))
-
-    def _compare_numbers(self, count: Count, number: int, work: Work, ours, theirs) -> None:
-        unit = scale(work)
-        if np.shape(ours) != np.shape(theirs):
-            count.failures += 1
-            count.remark = f"shape {np.shape(theirs)}"
-            return
-        limit = limit_of(self.question, self.precision, unit)
-        entries = np.flatnonzero(differing(KINDS[self.question], ours, theirs, limit))
-        if not len(entries):
-            return
-        count.differences += 1
-        errors = [self._errors(number, work, int(i), ours[i], theirs[i], limit) for i in entries]
-        precise = limit_of(self.question, "double", unit)
-        count.ours_wrong += any(e[0] > precise for e in errors)
-        count.theirs_wrong += any(e[1] > limit for e in errors)
-        count.ours_worst = max([count.ours_worst] + [e[0] / unit for e in errors])
-        count.theirs_worst = max([count.theirs_worst] + [e[1] / unit for e in errors])
-        worst = max(range(len(errors)), key=lambda k: (errors[k][0] > precise, errors[k][1]))
-        i, (ours_error, _, truth) = int(entries[worst]), errors[worst]
-        says = {"truth": truth, "ours": float(ours[i]), "theirs": float(theirs[i])}
-        is_ours = ours_error > precise
-        if not is_ours and not any(e[1] > limit for e in errors):
-            return  # Both answers are right: at a corner, or on a surface.
+        is_ours = bool(wrong["ours"])
+        i, j = pair = wrong["ours" if is_ours else "theirs"][0]
         if is_ours or len(count.kept) < KEPT:
-            work = part(work, entry=None if self.question == "distance" else i)
-            if not is_ours:
-                work, says = self._reduce(work, limit, says)
-            self._keep(count, number, work, says, is_ours)
+            says = {"touch": pair in truth, "ours": pair in a, "theirs": pair in b}
+            self._keep(count, case, part(case.work, [i], [j]), says, is_ours)
 
-    def _errors(self, number: int, work: Work, entry: int, ours, theirs, limit: float):
-        """Returns the errors of both, and the truth: nan where there is none."""
-        key = number, entry, limit if self.question == "first hits" else 0
-        truths = self.verdicts.of(key, lambda: truths_of(self.question, work, entry, limit))
-        return _apart(ours, truths[0]), _outside(theirs, truths), truths[0]
+    def _compare_numbers(self, count: Count, case: Case, ours, theirs) -> None:
+        units = case.units
+        entries = np.flatnonzero(differing("lengths", ours, theirs, self.limit * units))
+        for i in map(int, entries):
+            count.differences += 1
+            truth = None if case.truth is None else case.truth[i]
+            truths = truths_of(self.question, case.work, i, self.limit, truth)
+            ours_error = _apart(ours[i], truths[0]) / units[i]
+            theirs_error = _outside(theirs[i], truths) / units[i]
+            is_ours = bool(ours_error > self.our_limit)
+            is_theirs = bool(theirs_error > self.limit)
+            count.ours_wrong += is_ours
+            count.theirs_wrong += is_theirs
+            count.ours_worst = max(count.ours_worst, ours_error)
+            count.theirs_worst = max(count.theirs_worst, theirs_error)
+            # Otherwise both answers are right: at a corner, or on a surface.
+            if is_ours or (is_theirs and len(count.kept) < KEPT):
+                says = {"truth": truths[0], "ours": float(ours[i]), "theirs": float(theirs[i])}
+                self._keep_number(count, case, i, says, is_ours)
 
-    def _reduce(self, work: Work, limit: float, says: dict) -> tuple[Work, dict]:
+    def _keep_number(self, count: Count, case: Case, entry: int, says: dict, is_ours: bool) -> None:
+        work = part(case.work, entry=None if self.question == "distance" else entry)
+        if not is_ours:
+            work, says = self._reduce(work, says)
+        self._keep(count, case, work, says, is_ours)
+
+    def _reduce(self, work: Work, says: dict) -> tuple[Work, dict]:
         best = dict(says)
 
         def is_wrong(smaller: Work) -> bool:
             try:
-                arguments = self.question, self.variant, [smaller]
-                theirs = self.peer.call("cases", *arguments)[0]
+                theirs = self.peer.call("cases", self.question, self.variant, [smaller])[0]
             except (Crash, Failure):
                 return False
             if isinstance(theirs, str) or not len(theirs):
                 return False
-            truths = truths_of(self.question, smaller, 0, limit)
-            if _outside(theirs[0], truths) <= limit:
+            truths = truths_of(self.question, smaller, 0, self.limit)
+            unit = units_of(self.question, smaller)[0]
+            if _outside(theirs[0], truths) <= self.limit * unit:
                 return False
             best.update(truth=truths[0], theirs=float(theirs[0]))
             best.pop("ours", None)
@@ -215,22 +259,26 @@ class Comparison:
 
         return reduced(is_wrong, work, self.question == "distance"), best
 
-    def _keep(self, count: Count, number: int, work: Work, says: dict, is_ours: bool = False):
+    def _keep(self, count: Count, case: Case, work: Work, says: dict, is_ours: bool = False):
         if is_ours or len(count.kept) < KEPT:
-            text = {"peer": self.peer.label(self.variant), "case": number, "ours is wrong": is_ours}
-            count.kept.append({**text, **says, **as_json(self.question, work)})
+            text = {"peer": self.peer.label(self.variant), "case": case.number}
+            text.update({"ours is wrong": is_ours, **says, **as_json(self.question, work)})
+            count.kept.append(text)
 
 
-def truths_of(question: str, work: Work, entry: int, limit: float) -> list[float]:
+def truths_of(
+    question: str, work: Work, entry: int, shift: float, truth: float | None = None
+) -> list[float]:
     """The true answer, and those of rays beside a ray. nan: on a surface, where numbers jump."""
     if question == "first hits":
-        return judge.hits_near(work, entry, limit)
+        return judge.hits_near(work, entry, shift * scale(work))
     if question == "winding numbers":
         nearest = judge.answer("closest points", work, entry)[0]
         if nearest <= 1e-5 * scale(work):
             return [math.nan]
-    single = None if question == "distance" else entry
-    return [float(judge.answer(question, work, single)[0])]
+    if truth is None:
+        truth = judge.answer(question, work, None if question == "distance" else entry)[0]
+    return [float(truth)]
 
 
 def _outside(answer: float, truths: list[float]) -> float:
@@ -241,18 +289,8 @@ def _outside(answer: float, truths: list[float]) -> float:
     return max(0.0, min(finite) - answer, answer - max(finite))
 
 
-class Verdicts:
-    """The judge's answers of the batch, since all peers need the same ones."""
-
-    def __init__(self):
-        self.known = {}
-
-    def of(self, key, ask):
-        if key not in self.known:
-            if len(self.known) > 100_000:
-                self.known.clear()
-            self.known[key] = ask()
-        return self.known[key]
+def _set(pairs) -> set[tuple[int, int]]:
+    return set(map(tuple, np.reshape(pairs, (-1, 2)).tolist()))
 
 
 def _apart(a: float, b: float) -> float:
@@ -262,80 +300,128 @@ def _apart(a: float, b: float) -> float:
     return math.inf if math.isnan(apart) else apart
 
 
-def answered(worker: Worker, question: str, variant: str, first: int, count: int) -> list:
-    """Answers of cases; where a process dies, the case that kills it is found by halving."""
+def answered(worker: Worker, question: str, variant: str, works: list[Work]) -> list:
+    """Answers of works; where a process dies, the work that kills it is found by halving."""
     try:
-        return worker.call("generated", question, variant, first, count)
+        return worker.call("cases", question, variant, works)
     except Failure as failure:
-        return [str(failure)] * count
+        return [str(failure)] * len(works)
     except Crash as crash:
-        if count == 1:
+        if len(works) == 1:
             return [f"crash: {crash}"]
-        half = count // 2
-        return answered(worker, question, variant, first, half) + answered(
-            worker, question, variant, first + half, count - half
-        )
+        half = len(works) // 2
+        parts = works[:half], works[half:]
+        return [answer for part in parts for answer in answered(worker, question, variant, part)]
 
 
-def run(workers: list[Worker], question: str, total: int, first: int) -> list[Comparison]:
-    ours, verdicts = workers[0], Verdicts()
-    compared = [
-        Comparison(w, v, question, verdicts)
-        for w in workers
-        for v in w.variants(question)
-        if (w, v) != (ours, ours.variants(question)[0])
-    ]
-    batch = 90
-    for begin in range(first, first + total, batch):
-        count = min(batch, first + total - begin)
-        made = [cases.make(question, begin + i) for i in range(count)]
-        reference = answered(ours, question, ours.variants(question)[0], begin, count)
+def run(workers: list[Worker], question: str, numbers: range):
+    """Asks all works with these numbers, all peers at once. Yields the comparisons so far.
+
+    Peers answer a batch while the one before it is compared.
+    """
+    asked = [(w, v) for w in workers for v in w.variants(question)]
+    compared = [Comparison(*each, question) for each in asked[1:]]
+    before: list[Case] = []
+    futures: list[Future] = []
+    with ThreadPoolExecutor(len(workers)) as pool:
+        for begin in range(0, len(numbers) + BATCH, BATCH):
+            batch = [made(question, number) for number in numbers[begin : begin + BATCH]]
+            works = [case.work for case in batch]
+            found = [answers for future in futures for answers in future.result()]
+            futures = [pool.submit(all_answers, w, question, works) for w in workers if batch]
+            if before:
+                compare_batch(compared, before, found)
+                yield compared
+            before = batch
+
+
+def all_answers(worker: Worker, question: str, works: list[Work]) -> list[list]:
+    """Answers of each variant of a peer."""
+    return [answered(worker, question, variant, works) for variant in worker.variants(question)]
+
+
+def compare_batch(compared: list[Comparison], batch: list[Case], found: list[list]) -> None:
+    """found: answers of this library, then those of each comparison."""
+    ours, *others = found
+    for comparison, answers in zip(compared, others):
+        if comparison.peer.peer == "judge":
+            for case, answer in zip(batch, answers):
+                case.truth = answer
+    for comparison, answers in zip(compared, others):
+        for i, case in enumerate(batch):
+            comparison.compare(case, ours[i], answers[i])
+
+
+class Report:
+    """Counts of all questions, added to those of the file that is there; inputs that are kept."""
+
+    def __init__(self, csv_path: str, json_path: str):
+        self.csv_path, self.json_path = csv_path, json_path
+        self.before, self.rows, self.kept = [], {}, {}
+        if csv_path and os.path.exists(csv_path):
+            with open(csv_path, newline="") as file:
+                self.before = list(csv.DictReader(file))
+
+    def save(self, question: str, compared: list[Comparison]) -> None:
+        counts: dict[tuple, Count] = defaultdict(Count)
+        self.kept[question] = []
         for comparison in compared:
-            arguments = comparison.peer, question, comparison.variant, begin, count
-            for i, theirs in enumerate(answered(*arguments)):
-                family, work = made[i]
-                comparison.compare(family, begin + i, work, reference[i], theirs)
-    return compared
+            label = comparison.peer.label(comparison.variant)
+            for family, count in comparison.counts.items():
+                counts[question, label, family].add_row(count.row(question, label, family))
+                self.kept[question] += [{"family": family, **each} for each in count.kept]
+        self.rows[question] = counts
+        with open(self.json_path, "w") as file:
+            json.dump([each for kept in self.kept.values() for each in kept], file, indent=1)
+        if self.csv_path:
+            self._write_csv()
 
+    def _write_csv(self) -> None:
+        total: dict[tuple, Count] = defaultdict(Count)
+        rows = [c.row(*key) for counts in self.rows.values() for key, c in counts.items()]
+        for row in self.before + rows:
+            total[row["question"], row["peer"], row["family"]].add_row(row)
+        with open(self.csv_path, "w", newline="") as file:
+            writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(count.row(*key) for key, count in total.items())
 
-def report(compared: list[Comparison]) -> list[dict]:
-    kept = []
-    form = "{:16} {:20} {:13} {:>7} {:>7} {:>6} {:>6} {:>9} {:>9} {:>5}  {}"
-    head = ["question", "peer", "family", "cases", "differ", "ours", "theirs"]
-    print(form.format(*head, "by", "by", "fails", "").rstrip())
-    for comparison in compared:
-        label = comparison.peer.label(comparison.variant)
-        for family, c in comparison.counts.items():
-            if c.differences or c.failures or c.ours_wrong:
-                numbers = [c.cases, c.differences, c.ours_wrong, c.theirs_wrong]
-                numbers += [f"{c.ours_worst:.2g}", f"{c.theirs_worst:.2g}", c.failures]
-                print(form.format(comparison.question, label, family, *numbers, c.remark).rstrip())
-            kept += [{"family": family, **each} for each in c.kept]
-        if not any(c.differences or c.failures for c in comparison.counts.values()):
-            total = sum(c.cases for c in comparison.counts.values())
-            print(form.format(comparison.question, label, "all", total, 0, 0, 0, 0, 0, 0, ""))
-    return kept
+    def show(self, question: str) -> None:
+        """Prints the rows of families with differences, and who had none."""
+        form = "{:16} {:33} {:13} {:>7} {:>7} {:>6} {:>6} {:>9} {:>9} {:>5}  {}"
+        head = ["question", "peer", "family", "cases", "differ", "ours", "theirs"]
+        print(form.format(*head, "by", "by", "fails", "").rstrip())
+        total: dict[str, Count] = defaultdict(Count)
+        for (_, peer, family), count in self.rows[question].items():
+            total[peer].add_row(count.row(question, peer, "all"))
+            if count.differences or count.failures:
+                print(form.format(*count.row(question, peer, family).values()).rstrip())
+        for peer, count in total.items():
+            print(form.format(*count.row(question, peer, "all").values()).rstrip(), flush=True)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--cases", type=int, default=200, help="cases of each question")
+    parser.add_argument("--cases", type=int, default=1800, help="cases of each question")
     parser.add_argument("--first", type=int, default=0, help="number of the first case")
-    parser.add_argument("--peers", nargs="*", default=PEERS)
+    parser.add_argument("--peers", nargs="*", default=[*PEERS, "judge"])
     parser.add_argument("--questions", nargs="*", default=list(KINDS))
+    parser.add_argument("--csv", default="", help="counts are added to this file")
     parser.add_argument("--json", default="differences.json")
     parser.add_argument("--replay", help="a JSON file of inputs: prints what each peer answers")
     options = parser.parse_args()
-    workers = start(options.peers, 1)
+    workers = start(options.peers, 1, spread=True)
     if options.replay:
         replay(workers, options.replay)
     else:
-        kept = []
+        report = Report(options.csv, options.json)
         for question in options.questions:
-            kept += report(run(workers, question, options.cases, options.first))
-            with open(options.json, "w") as file:
-                json.dump(kept, file, indent=1)
-        print(f"{len(kept)} inputs in {os.path.abspath(options.json)}")
+            each = answers_in(question)
+            last = options.first + options.cases
+            for compared in run(workers, question, range(options.first // each, -(-last // each))):
+                report.save(question, compared)
+            report.show(question)
+        print(f"inputs of differences: {os.path.abspath(options.json)}")
     for worker in workers:
         worker.stop()
 

@@ -38,12 +38,15 @@ def arguments() -> argparse.Namespace:
     return options
 
 
-def start(peers: list[str], threads: int) -> list[Worker]:
-    """Starts the peers that can be imported; this library comes first, and must be there."""
+def start(peers: list[str], threads: int, spread: bool = False) -> list[Worker]:
+    """Starts the peers that can be imported; this library comes first, and must be there.
+
+    spread: over all processors, for peers that are asked at the same time.
+    """
     names = ["ours"] + [p for p in peers if p != "ours"]
     workers = []
     for name in names:
-        worker = Worker(name, threads)
+        worker = Worker(name, threads, len(workers) if spread else 0)
         if worker.failed:
             print(f"skipped {name}: {worker.failed}", flush=True)
             if name == "ours":

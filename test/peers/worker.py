@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib
 import multiprocessing
 import os
+import threading
 import time
 import traceback
 import warnings
@@ -110,20 +111,13 @@ class _Server:
                 found.append(f"{type(error).__name__}: {error}"[:200])
         return found
 
-    def generated(self, question: str, variant: str, first: int, count: int) -> list:
-        """Like cases, of the cases with these numbers."""
-        import cases
 
-        return self.cases(
-            question, variant, [cases.make(question, first + i)[1] for i in range(count)]
-        )
-
-
-def _serve(peer: str, threads: int, pipe) -> None:
+def _serve(peer: str, threads: int, first: int, pipe) -> None:
     warnings.simplefilter("ignore")
     if threads < (os.cpu_count() or 1) and hasattr(os, "sched_setaffinity"):
         # What no setting of a library limits is limited by the processors that it may use.
-        os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:threads])
+        usable = sorted(os.sched_getaffinity(0))
+        os.sched_setaffinity(0, {usable[(first + i) % len(usable)] for i in range(threads)})
     try:
         server = _Server(peer, threads)
     except BaseException as error:
@@ -152,10 +146,16 @@ class Failure(Exception):
 
 
 class Worker:
-    """One peer's process, seen from outside. It starts anew after a crash."""
+    """One peer's process, seen from outside. It starts anew after a crash.
 
-    def __init__(self, peer: str, threads: int = 1, patience: float = 600):
-        self.peer, self.threads, self.patience = peer, threads, patience
+    first: the first of the processors that it may use; environment: variables of its own.
+    """
+
+    def __init__(self, peer: str, threads: int = 1, first: int = 0, **environment: str):
+        self.peer, self.threads, self.first = peer, threads, first
+        self.environment = environment
+        self.patience = 600.0
+        self.lock = threading.Lock()
         self.process = None
         self.about = {}
         self.start()
@@ -163,12 +163,15 @@ class Worker:
     def start(self) -> None:
         for name in _LIMITS:
             os.environ[name] = str(self.threads)
+        os.environ.update(self.environment)
         context = multiprocessing.get_context("spawn")
         self.pipe, child = context.Pipe()
         self.process = context.Process(
-            target=_serve, args=(self.peer, self.threads, child), daemon=True
+            target=_serve, args=(self.peer, self.threads, self.first, child), daemon=True
         )
         self.process.start()
+        for name in self.environment:
+            del os.environ[name]
         child.close()
         try:
             self.about = self._receive(180)
@@ -199,14 +202,18 @@ class Worker:
             raise Crash(f"died with exit code {self.process.exitcode}") from None
 
     def call(self, name: str, *arguments):
-        """Calls a method of the server. Raises Crash or Failure; after a Crash it runs anew."""
-        try:
-            self.pipe.send((name, arguments))
-            good, answer = self._receive(self.patience)
-        except (Crash, BrokenPipeError) as crash:
-            self.stop()
-            self.start()
-            raise Crash(str(crash)) from None
+        """Calls a method of the server. Raises Crash or Failure; after a Crash it runs anew.
+
+        Threads may call; one waits for the other.
+        """
+        with self.lock:
+            try:
+                self.pipe.send((name, arguments))
+                good, answer = self._receive(self.patience)
+            except (Crash, BrokenPipeError) as crash:
+                self.stop()
+                self.start()
+                raise Crash(str(crash)) from None
         if not good:
             raise Failure(answer)
         return answer

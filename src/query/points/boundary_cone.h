@@ -31,8 +31,9 @@ class BoundaryCone {
   /// Adds the winding number of the cone, turned inside out, at x to `winding`. `ray`: direction in
   /// which crossings with the mesh were counted; the apex is opposite. The error is at most 2^-52
   /// for each boundary edge, and 2^-44 for one that x sees under a wide angle. Returns false, and
-  /// adds nothing, if x sees a boundary vertex within an angle of 2^-10 of the ray. After 16
-  /// `tries` (rays tried before) that angle is smaller, and errors grow as it shrinks.
+  /// adds nothing, if x sees a boundary vertex within an angle of 2^-10 of the ray, or if the ray
+  /// meets a boundary edge or nearly does: also one of a triangle in whose plane it lies. After 16
+  /// `tries` (rays tried before) the angle is smaller, and errors grow as it shrinks.
   bool addTo(double& winding, const fcl::Vector3d& x, const fcl::Vector3d& ray, int tries) const;
 
  private:

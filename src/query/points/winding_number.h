@@ -63,7 +63,7 @@ class WindingNumber {
   }
 
   /// Sets `number` to the winding number at x, counted along a ray. Returns false if the ray meets
-  /// an edge, or passes too near a boundary vertex. `tries`: number of rays tried before.
+  /// an edge, or passes too near the boundary. `tries`: number of rays tried before.
   bool countAlong(const fcl::Vector3d& x, const fcl::Vector3d& direction, int tries,
                   double& number) {
     bool is_certain = true, is_on_surface = false;

@@ -399,6 +399,51 @@ TYPED_TEST(SurfaceQuery, ARayThroughACornerIsTriedAgain) {
   }
 }
 
+/// A ray along an axis lies in the planes y = z and y = -z of triangles on a lattice, and meets
+/// their edges but not the triangles. Tenths are rounded: rays pass edges within that.
+TYPED_TEST(SurfaceQuery, ARayInThePlaneOfATriangleIsTriedAgain) {
+  using S = TypeParam;
+  long judged = 0;
+  for (int body = 0; body < manySteps(300); ++body) {
+    const S unit = this->random_.oneIn(2) ? S(1) : S(0.1), sign = this->random_.oneIn(2) ? 1 : -1;
+    const int axis = this->random_.below(3);
+    const auto point = [&](int range) -> Vector3<S> {
+      Vector3<S> p;
+      for (S& x : p) x = unit * S(this->random_.below(range) - range / 2);
+      if (!this->random_.oneIn(4)) p[(axis + 2) % 3] = sign * p[(axis + 1) % 3];
+      return p;
+    };
+    TriangleMesh<S> mesh;
+    for (std::size_t i = 0; i < 9; i += 3) {
+      for (int k = 0; k < 3; ++k) mesh.vertices.push_back(point(7));
+      mesh.triangles.emplace_back(i, i + 1, i + 2);
+    }
+    const typename TestFixture::Model model(mesh);
+    std::vector<Vector3<S>> points;
+    for (int i = 0; i < 20; ++i) points.push_back(point(9));
+    std::vector<S> numbers;
+    windingNumbers(model, points, numbers);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const exact::Point x = exact::of(points[i]);
+      if (this->distance(model, x) < 1e-3 * unit) continue;
+      EXPECT_NEAR(double(windingNumberOf(model, x)), double(numbers[i]), 1e-6);
+      ++judged;
+    }
+  }
+  EXPECT_GT(judged, 3000);
+}
+
+/// What the comparison with other libraries has found: 1 too much.
+TYPED_TEST(SurfaceQuery, WindingNumbersOfTwoTrianglesOnALattice) {
+  using S = TypeParam;
+  TriangleMesh<S> mesh;
+  mesh.vertices = {{-3, 2, -3}, {-2, -3, -2}, {-1, -3, 3}, {2, 2, 2}, {2, -1, -1}, {0, 3, 3}};
+  mesh.triangles = {fcl::Triangle(0, 1, 2), fcl::Triangle(3, 4, 5)};
+  std::vector<S> numbers;
+  windingNumbers(typename TestFixture::Model(mesh), {Vector3<S>(1, 0, 0)}, numbers);
+  EXPECT_NEAR(0.0611661235, double(numbers[0]), 1e-7);
+}
+
 TYPED_TEST(SurfaceQuery, OpenEdgesAreThoseOfAMap) {
   using S = TypeParam;
   for (int body = 0; body < 60; ++body) {
