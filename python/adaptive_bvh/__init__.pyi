@@ -757,6 +757,12 @@ def safe_displacements(
 ) -> Tuple[_Floats, _Floats]: ...
 @overload
 def safe_displacements(motion: Motion, separation: float = 0.0) -> _Floats: ...
+@overload
+def truncate_motion(
+    first: Motion, second: Motion, separation: float = 0.0
+) -> Tuple[_Floats, _Floats]: ...
+@overload
+def truncate_motion(motion: Motion, separation: float = 0.0) -> _Floats: ...
 
 _Distance: TypeAlias = Union[DistanceResult, SceneDistance, float]
 _FrameContacts: TypeAlias = Union[Contacts, SceneCollisions, npt.NDArray[Any], _DLPack]
@@ -875,6 +881,7 @@ __all__ = [
     "signed_distances",
     "time_of_impact",
     "times_of_impact",
+    "truncate_motion",
     "vertex_contacts",
     "vertex_contacts_of_both",
     "weld_vertices",

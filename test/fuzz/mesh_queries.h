@@ -347,6 +347,10 @@ class MeshQueries {
       safeDisplacements(motion, rest, separation, safe, of_obstacle);
       REQUIRE(safe.size() == start.size());
       for (const double length : safe) REQUIRE(length >= 0);
+      truncateMotion(motion, rest, separation, safe, of_obstacle);
+      REQUIRE(safe.size() == start.size());
+      for (const double share : safe) REQUIRE(share >= 0 && share <= 1);
+      for (const double share : of_obstacle) REQUIRE(share == 1);
       REQUIRE(largestSafeStep(motion, rest, separation) >= 0);
       if (!isPlainFrame() || !arePlain(end)) return;
       REQUIRE(first.time == earliest && listed.time == earliest);

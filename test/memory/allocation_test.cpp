@@ -242,6 +242,7 @@ TEST(AllocationOfContinuousCollision, NoneInASteadyStateFrame) {
     earliestImpact(motion, still, 0.01);
     earliestImpact(motion, 0.001, own);
     safeDisplacements(motion, still, 0.01, of_first, of_second);
+    truncateMotion(motion, still, 0.01, of_first, of_second);
     if (frame >= 38) in_queries += allocationCount() - before;
   }
   EXPECT_EQ(0, in_queries);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <numeric>
 
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/contact_regions.h"
@@ -122,6 +123,11 @@ TEST_F(FailedQuery, LeavesResultsThatCanBeUsedAgain) {
     });
     failEach("impact",
              [&](Numbers& answer) { answer << earliestImpact(motion, still, 0.01).time; });
+    failEach("shares", [&](Numbers& answer) {
+      std::vector<double> of_first, of_second;
+      truncateMotion(motion, still, 0.01, of_first, of_second);
+      answer << std::accumulate(of_first.begin(), of_first.end(), 0.);
+    });
   }
 }
 

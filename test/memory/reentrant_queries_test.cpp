@@ -255,6 +255,10 @@ class Questions {
     add("earliest impact", false, [this](Answer& to) {
       reentrant_queries_test::add(adaptive_bvh::earliestImpact(motion(2), motion(1)), to);
     });
+    add("shares of ways", false, [this](Answer& to) {
+      std::vector<double> of_second;
+      adaptive_bvh::truncateMotion(motion(2), motion(1), 0, to, of_second);
+    });
     add("winding numbers", false, [this](Answer& to) {
       std::vector<S> found;
       const std::vector<Vector3<S>> points(64, Vector3<S>(S(0.2), S(0.1), S(0.3)));
