@@ -764,6 +764,29 @@ def truncate_motion(
 @overload
 def truncate_motion(motion: Motion, separation: float = 0.0) -> _Floats: ...
 
+class TrustRegionReport:
+    @property
+    def held_back(self) -> int: ...
+    @property
+    def held_by_radius(self) -> int: ...
+    @property
+    def has_searched(self) -> bool: ...
+
+class TrustRegion:
+    def __init__(
+        self,
+        mesh: DeformableMesh,
+        radius: float,
+        separation: float = 0.0,
+        most_held: float = 0.01,
+    ) -> None: ...
+    def add_obstacle(self, obstacle: DeformableMesh, tf: _Pose = None) -> int: ...
+    def set_transform(self, obstacle: int, tf: _Pose) -> None: ...
+    def begin(self, positions: _Array) -> None: ...
+    def truncate(self, proposed: _Array) -> Tuple[_Floats, TrustRegionReport]: ...
+    @property
+    def num_pairs(self) -> int: ...
+
 _Distance: TypeAlias = Union[DistanceResult, SceneDistance, float]
 _FrameContacts: TypeAlias = Union[Contacts, SceneCollisions, npt.NDArray[Any], _DLPack]
 _Arrows: TypeAlias = Union[Tuple[_Array, _Array], Tuple[_Array, _Array, float]]
@@ -852,6 +875,8 @@ __all__ = [
     "SignedDistance",
     "Sphere",
     "TrianglePairs",
+    "TrustRegion",
+    "TrustRegionReport",
     "VertexContacts",
     "any_hit",
     "candidates",

@@ -12,6 +12,7 @@
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/scene.h"
+#include "adaptive_bvh/trust_region.h"
 
 namespace adaptive_bvh::python {
 
@@ -33,7 +34,7 @@ constexpr bool kIsBound =
     kIsOneOf<T, BodyOptions, ClosestPoint<double>, ContactPatches<double>, ContactRegions<double>,
              FeatureDetails<double>, FeaturePairDetails<double>, FeaturePairs, Impact, ImpactTimes,
              MeshUpdate, SceneDistance<double>, SceneImpact, ScenePoint<double>,
-             SignedDistance<double>, TriangleMesh<double>, TrianglePairs<double>,
+             SignedDistance<double>, TriangleMesh<double>, TrianglePairs<double>, TrustRegionReport,
              VertexContacts<double>>;
 
 /// Refuses what was not constructed.

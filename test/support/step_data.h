@@ -10,16 +10,9 @@
 
 namespace adaptive_bvh_test {
 
-/// The folder of the steps of simulations (Wang et al. 2022) beside the project, or that which
-/// ADAPTIVE_BVH_TEST_DATA names.
-inline std::string dataFolder() {
-  const char* named = std::getenv("ADAPTIVE_BVH_TEST_DATA");
-  return named ? named : ADAPTIVE_BVH_TEST_DATA;
-}
-
-/// A binary PLY file of doubles and triangles, as these are.
-inline TriangleMesh<double> loadStep(const std::string& name) {
-  std::ifstream file(dataFolder() + "/" + name + ".ply", std::ios::binary);
+/// A binary PLY file of doubles and triangles, as these are; empty if there is none.
+inline TriangleMesh<double> loadStepFile(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
   std::string line, word;
   std::size_t vertices = 0, faces = 0;
   while (std::getline(file, line) && line != "end_header") {
@@ -41,5 +34,17 @@ inline TriangleMesh<double> loadStep(const std::string& name) {
   }
   return mesh;
 }
+
+#ifdef ADAPTIVE_BVH_TEST_DATA
+/// The folder of the steps of simulations (Wang et al. 2022) beside the project, or that which
+/// ADAPTIVE_BVH_TEST_DATA names.
+inline std::string dataFolder() {
+  const char* named = std::getenv("ADAPTIVE_BVH_TEST_DATA");
+  return named ? named : ADAPTIVE_BVH_TEST_DATA;
+}
+inline TriangleMesh<double> loadStep(const std::string& name) {
+  return loadStepFile(dataFolder() + "/" + name + ".ply");
+}
+#endif
 
 }  // namespace adaptive_bvh_test
