@@ -535,6 +535,27 @@ def continuous(results):
     return markdown([*header, "Embree takes"], rows)
 
 
+@block("truncated")
+def truncated(results):
+    rows = []
+    for title, edges, *shares, one, displacements, planes, _ in results.table("steps", "truncated"):
+        times = [number(float(time)) for time in (one, displacements, planes)]
+        rows.append([title, number(float(edges)), *(f"{float(s):.3f}" for s in shares), *times])
+    header = ["share of the motion that is kept", "largest step, edges", "one step for all"]
+    header += ["`safeDisplacements`", "`truncateMotion`", "one step, ms"]
+    return markdown([*header, "`safeDisplacements`, ms", "`truncateMotion`, ms"], rows)
+
+
+@block("iterations")
+def iterations(results):
+    rows = []
+    for _, edges, radius, pairs, searches, _, *times, _ in results.table("steps", "iterations"):
+        begin, ten, steps = (number(float(time)) for time in times)
+        rows.append([radius, number(float(edges)), count(pairs), searches, begin, ten, steps])
+    header = ["radius, edges", "largest step, edges", "pairs", "searches", "first search, ms"]
+    return markdown([*header, "ten iterations, ms", "ten of `largestSafeStep`, ms"], rows)
+
+
 @block("update-or-build")
 def update_or_build(results):
     rows = []

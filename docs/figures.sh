@@ -76,7 +76,7 @@ has_data() {
   [ "$data" ] || { echo "$1: skipped, as --data is not given" && return 1; }
 }
 
-all_parts=(thesis large motions frames growth contact continuous threads proximity cliff scenes
+all_parts=(thesis large motions frames growth contact continuous steps threads proximity cliff scenes
   shapes forces octree update trees micro python)
 
 one_scenario=()
@@ -125,6 +125,10 @@ part_continuous() {
   [ "$quick" ] || has_data continuous || return 0
   measure continuous $bench/contact_bench --quiet "${json[@]}" --job continuous \
     "${with_poses[@]}" --resolution "$(either 1 4)" --repeats "$(repeats 2)"
+}
+part_steps() {
+  has_data steps || return 0
+  measure steps $bench/step_bench --poses "${poses[@]}" --repeats "$(repeats 9)"
 }
 part_threads() {
   measure threads $bench/contact_bench --quiet "${json[@]}" --threads 2 --scenario rods \

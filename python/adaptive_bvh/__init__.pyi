@@ -808,6 +808,35 @@ def safe_displacements(
 ) -> Tuple[_Floats, _Floats]: ...
 @overload
 def safe_displacements(motion: Motion, separation: float = 0.0) -> _Floats: ...
+@overload
+def truncate_motion(
+    first: Motion, second: Motion, separation: float = 0.0
+) -> Tuple[_Floats, _Floats]: ...
+@overload
+def truncate_motion(motion: Motion, separation: float = 0.0) -> _Floats: ...
+
+class TrustRegionReport:
+    @property
+    def held_back(self) -> int: ...
+    @property
+    def held_by_radius(self) -> int: ...
+    @property
+    def has_searched(self) -> bool: ...
+
+class TrustRegion:
+    def __init__(
+        self,
+        mesh: DeformableMesh,
+        radius: float,
+        separation: float = 0.0,
+        most_held: float = 0.01,
+    ) -> None: ...
+    def add_obstacle(self, obstacle: DeformableMesh, tf: _Pose = None) -> int: ...
+    def set_transform(self, obstacle: int, tf: _Pose) -> None: ...
+    def begin(self, positions: _Array) -> None: ...
+    def truncate(self, proposed: _Array) -> Tuple[_Floats, TrustRegionReport]: ...
+    @property
+    def num_pairs(self) -> int: ...
 
 _Distance: TypeAlias = Union[DistanceResult, SceneDistance, float]
 _FrameContacts: TypeAlias = Union[Contacts, SceneCollisions, npt.NDArray[Any], _DLPack]
@@ -899,6 +928,8 @@ __all__ = [
     "SignedDistance",
     "Sphere",
     "TrianglePairs",
+    "TrustRegion",
+    "TrustRegionReport",
     "VertexContacts",
     "VertexGradients",
     "any_hit",
@@ -930,6 +961,7 @@ __all__ = [
     "signed_distances",
     "time_of_impact",
     "times_of_impact",
+    "truncate_motion",
     "vertex_contacts",
     "vertex_contacts_of_both",
     "weld_vertices",

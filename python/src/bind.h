@@ -21,6 +21,7 @@ void bindDerivatives(pybind11::module_& module);     ///< distance_derivatives
 void bindInside(pybind11::module_& module);          ///< signed_distances, is_watertight, ...
 void bindContactRegions(pybind11::module_& module);  ///< contact_regions, ContactTracker
 void bindContinuous(pybind11::module_& module);      ///< Motion, candidates, earliest_impact, ...
+void bindTrustRegion(pybind11::module_& module);     ///< TrustRegion
 void bindScene(pybind11::module_& module);           ///< Scene
 void bindRecording(pybind11::module_& module);       ///< _Recording, where the component is there
 

@@ -13,6 +13,7 @@
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/scene.h"
+#include "adaptive_bvh/trust_region.h"
 
 namespace adaptive_bvh::python {
 
@@ -35,7 +36,7 @@ constexpr bool kIsBound =
              DistanceDerivatives<double>, FeatureDetails<double>, FeaturePairDerivatives<double>,
              FeaturePairDetails<double>, FeaturePairs, Impact, ImpactTimes, MeshUpdate,
              SceneDistance<double>, SceneImpact, ScenePoint<double>, SignedDistance<double>,
-             TriangleMesh<double>, TrianglePairs<double>, VertexContacts<double>,
+             TriangleMesh<double>, TrianglePairs<double>, TrustRegionReport, VertexContacts<double>,
              VertexGradients<double>>;
 
 /// Refuses what was not constructed.

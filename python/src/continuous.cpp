@@ -61,8 +61,15 @@ theirs, so that no features come as near as `separation`, a length.
 
 first, second: Motions. Returns two arrays of lengths, (num_vertices,) float64 of each.)";
 
-constexpr const char* kSafeDisplacementsOne =
-    "As above, of one Motion with itself. Returns one array.";
+constexpr const char* kWithinOneMesh = "As above, of one Motion with itself. Returns one array.";
+
+constexpr const char* kTruncateMotion =
+    R"(The share of its way, from 0 to 1, that each vertex may go: while every vertex is between
+start and start + share * (end - start), no features come as near as `separation`, a length, in
+whatever order and at whatever speed the vertices move. A fixed plane between each two near features
+proves it. Features that are as near at the start come no nearer; features that touch do not move.
+
+first, second: Motions. Returns two arrays of shares, (num_vertices,) float64 of each.)";
 }  // namespace docs
 
 namespace {
@@ -241,27 +248,34 @@ void bindEarliestImpact(py::module_& module) {
   define(module, "largest_safe_step", safe_step, docs::kLargestSafeStep, docs::kWithinOne);
 }
 
-py::object safeDisplacementsOf(double separation, const MeshMotion& motion) {
-  std::vector<double> lengths;
-  queryMotions([&](const auto& m) { safeDisplacements(m, separation, lengths); }, motion);
-  return adopt(std::move(lengths));
+/// A number for each vertex, by query(motion, separation, numbers); and of two motions.
+template <typename Query>
+py::object numbersOf(const Query& query, double separation, const MeshMotion& motion) {
+  std::vector<double> numbers;
+  queryMotions([&](const auto& m) { query(m, separation, numbers); }, motion);
+  return adopt(std::move(numbers));
 }
-
-py::object safeDisplacementsOf(double separation, const MeshMotion& first,
-                               const MeshMotion& second) {
+template <typename Query>
+py::object numbersOf(const Query& query, double separation, const MeshMotion& first,
+                     const MeshMotion& second) {
   std::vector<double> of_first, of_second;
-  queryMotions([&](const auto& a,
-                   const auto& b) { safeDisplacements(a, b, separation, of_first, of_second); },
+  queryMotions([&](const auto& a, const auto& b) { query(a, b, separation, of_first, of_second); },
                first, second);
   return py::make_tuple(adopt(std::move(of_first)), adopt(std::move(of_second)));
 }
 
-void bindSafeDisplacements(py::module_& module) {
-  const auto query = [](double separation, const auto&... motions) {
-    return safeDisplacementsOf(separation, motions...);
+void bindLimitsOfVertices(py::module_& module) {
+  const auto displacements = [](double separation, const auto&... motions) {
+    return numbersOf([](auto&&... arguments) { safeDisplacements(arguments...); }, separation,
+                     motions...);
   };
-  define(module, "safe_displacements", query, docs::kSafeDisplacements,
-         docs::kSafeDisplacementsOne);
+  define(module, "safe_displacements", displacements, docs::kSafeDisplacements,
+         docs::kWithinOneMesh);
+  const auto shares = [](double separation, const auto&... motions) {
+    return numbersOf([](auto&&... arguments) { truncateMotion(arguments...); }, separation,
+                     motions...);
+  };
+  define(module, "truncate_motion", shares, docs::kTruncateMotion, docs::kWithinOneMesh);
 }
 
 }  // namespace
@@ -271,7 +285,7 @@ void bindContinuous(py::module_& module) {
   bindCandidates(module);
   bindTimesOfImpact(module);
   bindEarliestImpact(module);
-  bindSafeDisplacements(module);
+  bindLimitsOfVertices(module);
 }
 
 }  // namespace adaptive_bvh::python

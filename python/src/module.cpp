@@ -39,6 +39,7 @@ PYBIND11_MODULE(_core, module) {
   bindInside(module);
   bindContactRegions(module);
   bindContinuous(module);
+  bindTrustRegion(module);
   bindScene(module);
   bindMeshes(module);
 #ifdef ADAPTIVE_BVH_PYTHON_RECORDING

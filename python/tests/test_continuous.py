@@ -100,6 +100,26 @@ def test_one_mesh_with_itself(kind):
     assert safe.shape == (len(vertices),) and (safe <= wanted + 1e-5).all()
 
 
+def test_truncated_motions_stay_apart(kind):
+    vertices, faces = meshes.sheet(6)
+    mesh = ab.DeformableMesh(vertices, faces, **kind)
+    rng = np.random.default_rng(5)
+    upper = vertices + [0, 0, 0.05]
+    end = upper - [0, 0, 0.2] * rng.random((len(vertices), 1))
+    fall, still = ab.Motion(mesh, upper, end), ab.Motion(mesh, vertices, vertices)
+    shares, of_still = ab.truncate_motion(fall, still)
+    assert shares.shape == of_still.shape == (len(vertices),)
+    assert (of_still == 1).all() and (shares >= 0).all() and (shares < 0.5).any()
+    there = upper + shares[:, None] * (end - upper)
+    assert (there[:, 2] > 0).all()
+    for _ in range(5):
+        at = upper + rng.random((len(vertices), 1)) * (there - upper)
+        assert not ab.earliest_impact(ab.Motion(mesh, upper, at), still).happens
+    assert (ab.truncate_motion(ab.Motion(mesh, vertices, vertices + [0.3, 0, 0])) == 1).all()
+    with pytest.raises(ValueError, match="separation"):
+        ab.truncate_motion(fall, -1.0)
+
+
 def test_a_motion_keeps_copies():
     vertices, faces = meshes.sheet(2)
     mesh = ab.DeformableMesh(vertices, faces)

@@ -21,6 +21,8 @@ def everything():
     derivatives = ab.distance_derivatives(a, b, features, details, None, tf)
     regions = ab.contact_regions(a, b, None, tf)
     motion = [ab.Motion(m, m.vertices, m.vertices + s) for m, s in ((a, 0), (b, 5))]
+    region = ab.TrustRegion(a, 1.0)
+    region.begin(vertices)
     yield from (
         a.update(vertices),
         ab.weld_vertices(vertices, faces),
@@ -43,6 +45,7 @@ def everything():
         regions.first,
         ab.earliest_impact(*motion),
         ab.times_of_impact(*motion, features),
+        region.truncate(vertices)[1],
         scene.collisions(),
         scene.pairs_within(0.1),
         scene.feature_pairs_within(0.1),
@@ -68,7 +71,7 @@ def test_every_result_shows_its_values():
                 assert member + "=" in text, (name, member)
     others = {"Box", "Sphere", "Ellipsoid", "Capsule", "Cylinder", "Cone", "Plane", "Halfspace",
               "Shape", "DeformableMesh", "Scene", "Motion", "Recording", "MeshLoadError",
-              "CoherentDistance", "CoherentProximity", "ContactTracker"}
+              "CoherentDistance", "CoherentProximity", "ContactTracker", "TrustRegion"}
     classes = {n for n in ab.__all__ if isinstance(getattr(ab, n), type)}
     assert seen == classes - others
 

@@ -180,23 +180,39 @@ void safeDisplacements(const Motion<S>& mesh, double separation, std::vector<dou
   });
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                            \
-  template struct Motion<S>;                                                                   \
-  template void candidates(const Motion<S>&, const Motion<S>&, double, FeaturePairs&);         \
-  template void candidates(const Motion<S>&, double, FeaturePairs&);                           \
-  template double timeOfImpact(const Motion<S>&, const Motion<S>&, FeatureKind,                \
-                               const FeaturePair&, double);                                    \
-  template double timeOfImpact(const Motion<S>&, FeatureKind, const FeaturePair&, double);     \
-  template void timesOfImpact(const Motion<S>&, const Motion<S>&, const FeaturePairs&, double, \
-                              ImpactTimes&);                                                   \
-  template void timesOfImpact(const Motion<S>&, const FeaturePairs&, double, ImpactTimes&);    \
-  template Impact earliestImpact(const Motion<S>&, const Motion<S>&, double);                  \
-  template Impact earliestImpact(const Motion<S>&, double);                                    \
-  template Impact earliestImpact(const Motion<S>&, const Motion<S>&, double, FeaturePairs&);   \
-  template Impact earliestImpact(const Motion<S>&, double, FeaturePairs&);                     \
-  template void safeDisplacements(const Motion<S>&, const Motion<S>&, double,                  \
-                                  std::vector<double>&, std::vector<double>&);                 \
-  template void safeDisplacements(const Motion<S>&, double, std::vector<double>&);
+template <typename S>
+void truncateMotion(const Motion<S>& first, const Motion<S>& second, double separation,
+                    std::vector<double>& shares_of_first, std::vector<double>& shares_of_second) {
+  withQuery(first, &second, separation, [&](const ContinuousQuery& query) {
+    findTruncation(query, shares_of_first, shares_of_second);
+  });
+}
+template <typename S>
+void truncateMotion(const Motion<S>& mesh, double separation, std::vector<double>& shares) {
+  withQuery<S>(mesh, nullptr, separation,
+               [&](const ContinuousQuery& query) { findTruncation(query, shares, shares); });
+}
+
+#define ADAPTIVE_BVH_INSTANTIATE(S)                                                              \
+  template struct Motion<S>;                                                                     \
+  template void candidates(const Motion<S>&, const Motion<S>&, double, FeaturePairs&);           \
+  template void candidates(const Motion<S>&, double, FeaturePairs&);                             \
+  template double timeOfImpact(const Motion<S>&, const Motion<S>&, FeatureKind,                  \
+                               const FeaturePair&, double);                                      \
+  template double timeOfImpact(const Motion<S>&, FeatureKind, const FeaturePair&, double);       \
+  template void timesOfImpact(const Motion<S>&, const Motion<S>&, const FeaturePairs&, double,   \
+                              ImpactTimes&);                                                     \
+  template void timesOfImpact(const Motion<S>&, const FeaturePairs&, double, ImpactTimes&);      \
+  template Impact earliestImpact(const Motion<S>&, const Motion<S>&, double);                    \
+  template Impact earliestImpact(const Motion<S>&, double);                                      \
+  template Impact earliestImpact(const Motion<S>&, const Motion<S>&, double, FeaturePairs&);     \
+  template Impact earliestImpact(const Motion<S>&, double, FeaturePairs&);                       \
+  template void safeDisplacements(const Motion<S>&, const Motion<S>&, double,                    \
+                                  std::vector<double>&, std::vector<double>&);                   \
+  template void safeDisplacements(const Motion<S>&, double, std::vector<double>&);               \
+  template void truncateMotion(const Motion<S>&, const Motion<S>&, double, std::vector<double>&, \
+                               std::vector<double>&);                                            \
+  template void truncateMotion(const Motion<S>&, double, std::vector<double>&);
 ADAPTIVE_BVH_INSTANTIATE(float)
 ADAPTIVE_BVH_INSTANTIATE(double)
 #undef ADAPTIVE_BVH_INSTANTIATE

@@ -34,5 +34,10 @@ Impact findEarliestImpact(const ContinuousQuery& query, FeaturePairs& pairs);
 /// stays as it is for one mesh and itself.
 void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of_first,
                            std::vector<double>& of_second);
+/// Sets the share of its way that each vertex may go, in any order and at any speed, without
+/// features coming nearer than the separation (FeatureTruncation). `of_second` stays as it is for
+/// one mesh and itself.
+void findTruncation(const ContinuousQuery& query, std::vector<double>& of_first,
+                    std::vector<double>& of_second);
 
 }  // namespace adaptive_bvh

@@ -4,8 +4,7 @@
 
 #include "base/shortcut.h"
 #include "ccd/continuous_search.h"
-#include "ccd/feature_search.h"
-#include "triangles/moving_pairs4.h"
+#include "ccd/pair_batches.h"
 
 namespace adaptive_bvh {
 
@@ -16,38 +15,24 @@ inline bool isEarlier(const Impact& a, const Impact& b) {
   return a.pair < b.pair;
 }
 
-/// A visitor of FeatureFinder, and a sink of searchAll, that finds the earliest impact. It collects
-/// pairs in batches, and discards pairs that stay apart until the earliest impact so far: four at a
-/// time, in single precision. For the others it computes the time of impact.
+/// A visitor of FeatureFinder, and a sink of searchAll, that finds the earliest impact. It
+/// discards pairs that stay apart until the earliest impact so far: four at a time, in single
+/// precision. For the others it computes the time of impact.
 template <bool kIsSelf>
-class EarliestImpact {
+class EarliestImpact : public PairBatches<EarliestImpact<kIsSelf>> {
  public:
   /// `separation`: in the unit of the world. `best`: earliest time so far, of all threads.
   EarliestImpact(const SweptPair& pair, const SweptFrame& frame, const TimeInterval& interval,
                  double separation, std::atomic<double>& best)
-      : pair_(pair),
+      : PairBatches<EarliestImpact>(pair),
         interval_(interval),
         separation_(separation),
-        scaled_separation_(static_cast<float>(std::min(frame.scale * separation, 1e20)) *
-                           (1 + 1.f / (1 << 20))),
+        scaled_separation_(frame.lengthUp(separation)),
         best_(best) {
     impact_.time = MovingFeatures::kNever;
   }
 
-  // Called by FeatureFinder, which explains the arguments.
-  ADAPTIVE_BVH_INLINE void vertexFace(unsigned v, unsigned t) {
-    add<1>(points_, num_points_, {v, t});
-  }
-  ADAPTIVE_BVH_INLINE void faceVertex(unsigned t, unsigned v) {
-    add<1>(points_, num_points_, {v, t | kSwapped});
-  }
-  ADAPTIVE_BVH_INLINE void edgeEdge(unsigned e, unsigned f) { add<2>(edges_, num_edges_, {e, f}); }
-
   void clear() {}
-  void finish() {
-    testAll<1>(points_, num_points_);
-    testAll<2>(edges_, num_edges_);
-  }
   const Impact& impact() const { return impact_; }
 
   // The interface of a sink of searchAll. The only result is the impact.
@@ -65,33 +50,14 @@ class EarliestImpact {
   }
 
  private:
-  static constexpr unsigned kBatch = 256;
-
-  /// A pair in a batch: two owned edges; or an owned vertex and the leaf index of a triangle, with
-  /// kSwapped if the triangle is in the first mesh. (Owned features: see FeatureFinder.)
-  using PairRef = FeaturePair;
-  static constexpr unsigned kSwapped = 1u << 31;
-
-  // kNumFirst: number of corners of a pair's first feature, 1 for a vertex and 2 for an edge.
+  friend PairBatches<EarliestImpact>;
+  using typename PairBatches<EarliestImpact>::PairRef;
+  using PairBatches<EarliestImpact>::kSwapped;
+  using PairBatches<EarliestImpact>::pair_;
 
   template <int kNumFirst>
-  ADAPTIVE_BVH_INLINE void add(PairRef (&refs)[kBatch], unsigned& count, const PairRef& ref) {
-    refs[count++] = ref;
-    if (count == kBatch) testAll<kNumFirst>(refs, count);
-  }
-
-  /// Tests the pairs of a batch, and empties it.
-  template <int kNumFirst>
-  void testAll(PairRef (&refs)[kBatch], unsigned& count) {
-    for (unsigned i = count; i % 4; ++i) refs[i] = refs[count - 1];
-    for (unsigned i = 0; i < count; i += 4) {
-      const unsigned apart = isTaken(Shortcut::SinglePrecision)
-                                 ? stayApart<kNumFirst>(gather<kNumFirst>(&refs[i]), limits())
-                                 : 0;
-      for (unsigned k = 0; k < 4 && i + k < count; ++k)
-        if (!(apart >> k & 1)) test<kNumFirst>(refs[i + k]);
-    }
-    count = 0;
+  ADAPTIVE_BVH_INLINE unsigned decided(const MovingPairs4& four) const {
+    return isTaken(Shortcut::SinglePrecision) ? stayApart<kNumFirst>(four, limits()) : 0;
   }
 
   /// Limits of the test of four pairs: its end is the earliest impact, as a share of the interval.
@@ -102,47 +68,9 @@ class EarliestImpact {
             std::min(1.f, static_cast<float>(std::max(share, 0.)) * (1 + 1.f / (1 << 20)))};
   }
 
-  /// The slots of a pair's four corners, and the trees of the first kNumFirst and of the others.
-  struct CornerSlots {
-    const SweptTree *first, *second;
-    unsigned slots[4];
-  };
-  template <int kNumFirst>
-  ADAPTIVE_BVH_INLINE CornerSlots slotsOf(const PairRef& ref) const {
-    const MovingMesh &a = pair_.first, &b = pair_.second;
-    if (kNumFirst == 2) {
-      const OwnedEdge &e = a.features->edges()[ref.first], &f = b.features->edges()[ref.second];
-      return {&pair_.tree1, &pair_.tree2, {e.slots[0], e.slots[1], f.slots[0], f.slots[1]}};
-    }
-    const bool swapped = ref.second & kSwapped;
-    const VertexIndices face = (swapped ? a : b).slots->slotsOf(ref.second & ~kSwapped);
-    return {swapped ? &pair_.tree2 : &pair_.tree1,
-            swapped ? &pair_.tree1 : &pair_.tree2,
-            {(swapped ? b : a).features->vertices()[ref.first].slot, face[0], face[1], face[2]}};
-  }
-
-  /// Loads the corners of four pairs, at the begin and the end of the interval.
-  template <int kNumFirst>
-  ADAPTIVE_BVH_INLINE MovingPairs4 gather(const PairRef* refs) const {
-    const CornerSlots pairs[4] = {slotsOf<kNumFirst>(refs[0]), slotsOf<kNumFirst>(refs[1]),
-                                  slotsOf<kNumFirst>(refs[2]), slotsOf<kNumFirst>(refs[3])};
-    MovingPairs4 all;
-    for (int c = 0; c < 4; ++c) {
-      const auto begin = [&](int k) -> const Float4& {
-        return (c < kNumFirst ? pairs[k].first : pairs[k].second)->begins()[pairs[k].slots[c]];
-      };
-      const auto end = [&](int k) -> const Float4& {
-        return (c < kNumFirst ? pairs[k].first : pairs[k].second)->ends()[pairs[k].slots[c]];
-      };
-      all.begin[c] = float4::columns(begin(0), begin(1), begin(2), begin(3));
-      all.end[c] = float4::columns(end(0), end(1), end(2), end(3));
-    }
-    return all;
-  }
-
   /// Computes the time of impact of a pair, and keeps the impact if it is the earliest.
   template <int kNumFirst>
-  void test(const PairRef& ref) {
+  void test(const PairRef& ref, unsigned) {
     Impact impact = numbersOf<kNumFirst>(ref);
     const double best = best_.load(std::memory_order_relaxed);
     impact.time = movingFeatures(pair_.first, pair_.second, impact.kind, impact.pair)
@@ -170,14 +98,11 @@ class EarliestImpact {
     return {0, FeatureKind::VertexFace, {vertex, face}};
   }
 
-  const SweptPair& pair_;
   const TimeInterval interval_;
   const double separation_;
   const float scaled_separation_;
   std::atomic<double>& best_;
   Impact impact_;
-  PairRef points_[kBatch], edges_[kBatch];  ///< pairs of a vertex and a face, and of edges
-  unsigned num_points_ = 0, num_edges_ = 0;
 };
 
 /// A visitor of FeatureFinder that lists all pairs and finds the earliest impact.

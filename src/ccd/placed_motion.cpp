@@ -12,10 +12,6 @@ void refuseMotion(const std::string& what) {
   throw std::invalid_argument("adaptive_bvh, continuous collision: " + what);
 }
 
-namespace {
-
-/// Transforms positions to the world. Returns a bound of their rounding error. Throws
-/// std::invalid_argument if a position is not finite, or too large.
 template <typename S>
 double toWorld(const fcl::Vector3<S>* positions, std::size_t count, const fcl::Transform3d& tf,
                std::vector<fcl::Vector3d>& world) {
@@ -32,12 +28,13 @@ double toWorld(const fcl::Vector3<S>* positions, std::size_t count, const fcl::T
   }
   if (!(sum == 0) || !(largest <= 6 * rounding::largestCoordinate<double>()))
     refuseMotion("a position is not finite, or too large");
-  if (is_identity) return 0;
-  return 8 * std::numeric_limits<double>::epsilon() *
-         (R.cwiseAbs().maxCoeff() * largest + T.lpNorm<1>());
+  return is_identity ? 0 : R.cwiseAbs().maxCoeff() * largest + T.lpNorm<1>();
 }
 
-}  // namespace
+template double toWorld(const fcl::Vector3f*, std::size_t, const fcl::Transform3d&,
+                        std::vector<fcl::Vector3d>&);
+template double toWorld(const fcl::Vector3d*, std::size_t, const fcl::Transform3d&,
+                        std::vector<fcl::Vector3d>&);
 
 template <typename S>
 PlacedMotion::PlacedMotion(const MeshState& mesh, const fcl::Vector3<S>* start,
@@ -45,8 +42,8 @@ PlacedMotion::PlacedMotion(const MeshState& mesh, const fcl::Vector3<S>* start,
                            const fcl::Transform3d& end_tf, Memory& memory)
     : threads_(mesh.query_threads) {
   const std::size_t count = mesh.vertices.size();
-  const double at_start = toWorld(start, count, start_tf, memory.start),
-               at_end = toWorld(end, count, end_tf, memory.end);
+  const double size = std::max(toWorld(start, count, start_tf, memory.start),
+                               toWorld(end, count, end_tf, memory.end));
   const MeshTopology& topology = *mesh.topology;
   mesh_ = {mesh.tree.nodes(),
            topology.leaves.corners.data(),
@@ -60,7 +57,9 @@ PlacedMotion::PlacedMotion(const MeshState& mesh, const fcl::Vector3<S>* start,
            static_cast<unsigned>(topology.triangles.size()),
            mesh.tree.size(),
            mesh.tree.depth(),
-           std::max(at_start, at_end)};
+           8 * std::numeric_limits<double>::epsilon() * size,
+           16 * static_cast<double>(std::numeric_limits<S>::epsilon()) * size,
+           static_cast<double>(std::numeric_limits<S>::epsilon() / 2)};
 }
 
 template PlacedMotion::PlacedMotion(const MeshState&, const fcl::Vector3f*, const fcl::Vector3f*,

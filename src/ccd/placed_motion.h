@@ -12,6 +12,13 @@ namespace adaptive_bvh {
 /// Throws std::invalid_argument with this message.
 [[noreturn]] void refuseMotion(const std::string& what);
 
+/// Transforms positions to the world, in double precision. Returns a bound of the size of the
+/// numbers that are rounded; 0 if the transform is the identity. Throws std::invalid_argument if a
+/// position is not finite, or too large.
+template <typename S>
+double toWorld(const fcl::Vector3<S>* positions, std::size_t count, const fcl::Transform3d& tf,
+               std::vector<fcl::Vector3d>& world);
+
 /// The motion of a mesh in a query: its vertices at start and end, as doubles in the world.
 class PlacedMotion {
  public:
@@ -30,6 +37,7 @@ class PlacedMotion {
     return {mesh_, second.mesh_, separation, std::max(threads_, second.threads_)};
   }
   ContinuousQuery withItself(double separation) const { return with(*this, separation); }
+  const MovingMesh& mesh() const { return mesh_; }
 
  private:
   MovingMesh mesh_;

@@ -7,10 +7,15 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Returns a float that is at least x; x >= 0.
-float roundedUp(double x) {
-  constexpr double kLargest = 1e20;  // boxes of this size overlap all others
-  return static_cast<float>(std::min(x, kLargest)) * (1 + 1.f / (1 << 20));
+/// Bound of the coordinates that a frame holds, in the world.
+double largestCoordinate(const SweptFrame& frame) {
+  return frame.origin.lpNorm<Eigen::Infinity>() + 2 / frame.scale;
+}
+
+/// Bound of the error of a position, and of its rounding in double precision.
+double errorInFrame(const MovingMesh& mesh, const SweptFrame& frame) {
+  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
+  return mesh.error + kRounding * largestCoordinate(frame);
 }
 
 /// Sets the boxes of a leaf. `vertices`: boxes of vertices, by slot.
@@ -41,6 +46,10 @@ SweptFrame::SweptFrame(const MovingMesh& first, const MovingMesh& second) {
     add(meshes[i]->start, meshes[i]->num_vertices);
     add(meshes[i]->end, meshes[i]->num_vertices);
   }
+  *this = SweptFrame(low, high);
+}
+
+SweptFrame::SweptFrame(const fcl::Vector3d& low, const fcl::Vector3d& high) {
   origin = 0.5 * (low + high);
   const double size = std::max((high - low).maxCoeff(), 1e-250);
   scale = std::ldexp(1., 1 - std::ilogb(size));  // half of the size is below 2
@@ -55,29 +64,46 @@ void SweptTree::resize(const MovingMesh& mesh) {
   edge_boxes_.resize(mesh.features->edges().size() / 4);
 }
 
-/// Sets the margin of boxes. It covers the error of the mesh's positions, their rounding in double
-/// and in single precision, and the padding.
-void SweptTree::setMargin(const MovingMesh& mesh, const SweptFrame& frame, double padding) {
-  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
-  const double coordinate = frame.origin.lpNorm<Eigen::Infinity>() + 2 / frame.scale;
-  position_error_ = kPositionError + roundedUp(frame.scale * (mesh.error + kRounding * coordinate));
-  margin_ = float4::all(4 * position_error_ + roundedUp(frame.scale * padding));
+/// Sets the margin of boxes. It covers the error of positions, their rounding in single precision,
+/// and the padding.
+void SweptTree::setMargin(double error, const SweptFrame& frame, double padding) {
+  position_error_ = kPositionError + frame.lengthUp(error);
+  margin_ = float4::all(4 * position_error_ + frame.lengthUp(padding));
+}
+
+/// Sets the positions of a slot, and the box around both.
+void SweptTree::setSlot(std::size_t slot, const Float4& begin, const Float4& end) {
+  begins_[slot] = begin;
+  ends_[slot] = end;
+  boxes_[slot] = {float4::lower(begin, end) - margin_, float4::upper(begin, end) + margin_};
 }
 
 void SweptTree::refit(const MovingMesh& mesh, const SweptFrame& frame, const TimeInterval& interval,
                       double padding) {
   resize(mesh);
-  setMargin(mesh, frame, padding);
+  setMargin(errorInFrame(mesh, frame), frame, padding);
   const std::vector<unsigned>& vertices = mesh.slots->vertices();
-  const Float4 margin = margin_;
   const double begin = interval.begin, end = interval.end;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     const fcl::Vector3d &from = mesh.start[vertices[i]], &to = mesh.end[vertices[i]];
-    const Float4 a = frame(begin == 0 ? from : fcl::Vector3d((1 - begin) * from + begin * to));
-    const Float4 b = frame(end == 1 ? to : fcl::Vector3d((1 - end) * from + end * to));
-    begins_[i] = a;
-    ends_[i] = b;
-    boxes_[i] = {float4::lower(a, b) - margin, float4::upper(a, b) + margin};
+    setSlot(i, frame(begin == 0 ? from : fcl::Vector3d((1 - begin) * from + begin * to)),
+            frame(end == 1 ? to : fcl::Vector3d((1 - end) * from + end * to)));
+  }
+  refitNodes(mesh);
+}
+
+void SweptTree::refitOverShares(const MovingMesh& mesh, const SweptFrame& frame,
+                                const std::vector<double>& shares, double most, double padding) {
+  resize(mesh);
+  const double between = mesh.between_error + 16 * mesh.unit * largestCoordinate(frame);
+  setMargin(std::max(errorInFrame(mesh, frame), between), frame, padding);
+  const std::vector<unsigned>& vertices = mesh.slots->vertices();
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const fcl::Vector3d& start = mesh.start[vertices[i]];
+    const fcl::Vector3d motion = mesh.end[vertices[i]] - start;
+    const double length = motion.norm(), share = shares[vertices[i]];
+    const double part = share * length > most ? most / length : share;
+    setSlot(i, frame(start), frame(start + part * motion));
   }
   refitNodes(mesh);
 }
@@ -85,11 +111,11 @@ void SweptTree::refit(const MovingMesh& mesh, const SweptFrame& frame, const Tim
 void SweptTree::refitAroundStarts(const MovingMesh& mesh, const SweptFrame& frame,
                                   const std::vector<double>& radii, double most, double padding) {
   resize(mesh);
-  setMargin(mesh, frame, padding);
+  setMargin(errorInFrame(mesh, frame), frame, padding);
   const std::vector<unsigned>& vertices = mesh.slots->vertices();
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     const double length = std::min(radii[vertices[i]], most);
-    const Float4 half_side = margin_ + float4::all(roundedUp(frame.scale * length));
+    const Float4 half_side = margin_ + float4::all(frame.lengthUp(length));
     begins_[i] = ends_[i] = frame(mesh.start[vertices[i]]);
     boxes_[i] = {begins_[i] - half_side, begins_[i] + half_side};
   }

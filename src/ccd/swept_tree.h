@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "base/box.h"
@@ -20,6 +21,8 @@ struct MovingMesh {
   unsigned num_vertices, num_triangles;
   int num_nodes, depth;  ///< of the tree
   double error;          ///< bound of the error of a position
+  double between_error;  ///< of one that the caller computes between start and end, but for `unit`
+  double unit;           ///< unit roundoff of the caller's number type
 };
 
 /// The coordinates of swept boxes: y = scale (x - origin), along the axes of the world. The scale
@@ -30,10 +33,17 @@ struct SweptFrame {
 
   /// A frame for the positions at the start and the end of one or two meshes.
   explicit SweptFrame(const MovingMesh& first, const MovingMesh& second);
+  /// A frame for positions between two corners of a box.
+  SweptFrame(const fcl::Vector3d& low, const fcl::Vector3d& high);
 
   ADAPTIVE_BVH_INLINE Float4 operator()(const fcl::Vector3d& x) const {
     const fcl::Vector3d y = scale * (x - origin);
     return Float4{static_cast<float>(y[0]), static_cast<float>(y[1]), static_cast<float>(y[2]), 0};
+  }
+  /// A length of the world in these coordinates, rounded up; at least 0.
+  float lengthUp(double length) const {
+    constexpr double kLargest = 1e20;  // boxes of this size overlap all others
+    return static_cast<float>(std::min(scale * length, kLargest)) * (1 + 1.f / (1 << 20));
   }
 };
 
@@ -56,6 +66,10 @@ class SweptTree {
   /// Computes boxes around all points within min(radii[vertex], most) of the vertices' starts.
   void refitAroundStarts(const MovingMesh& mesh, const SweptFrame& frame,
                          const std::vector<double>& radii, double most, double padding);
+  /// Computes boxes around the motion of each vertex over its share of its way, or over a length of
+  /// `most` if that is less.
+  void refitOverShares(const MovingMesh& mesh, const SweptFrame& frame,
+                       const std::vector<double>& shares, double most, double padding);
 
   const WideNode* nodes() const { return nodes_.data(); }
   int size() const { return static_cast<int>(nodes_.size()); }
@@ -76,7 +90,8 @@ class SweptTree {
 
  private:
   void resize(const MovingMesh& mesh);
-  void setMargin(const MovingMesh& mesh, const SweptFrame& frame, double padding);
+  void setMargin(double error, const SweptFrame& frame, double padding);
+  void setSlot(std::size_t slot, const Float4& begin, const Float4& end);
   void refitNodes(const MovingMesh& mesh);
 
   void refitFeatures(const MovingMesh& mesh, const FeatureLeaves::Leaf& leaf);

@@ -78,6 +78,72 @@ ADAPTIVE_BVH_INLINE Vector4x3 vertexFaceDirection(const Vector4x3 (&corners)[4])
   return ifPositive(inside, ifPositive(side, normal, scaled(normal, float4::all(-1))), nearest);
 }
 
+/// The vector, of any length, between the nearest points of the features at the begin.
+template <int kFirsts>
+ADAPTIVE_BVH_INLINE Vector4x3 directionAtBegin(const MovingPairs4& pairs) {
+  return kFirsts == 1 ? vertexFaceDirection(pairs.begin) : edgeEdgeDirection(pairs.begin);
+}
+
+/// The part of a vector perpendicular to the mean motion of the second feature relative to the
+/// first.
+template <int kFirsts>
+ADAPTIVE_BVH_INLINE Vector4x3 acrossMotion(const MovingPairs4& pairs, const Vector4x3& vector) {
+  const Float4 none = float4::all(0);
+  Vector4x3 motion = {none, none, none};
+  for (int i = 0; i < 4; ++i)
+    motion = vectors::sum(motion,
+                          scaled(vectors::difference(pairs.end[i], pairs.begin[i]),
+                                 float4::all(i < kFirsts ? -1.f / kFirsts : 1.f / (4 - kFirsts))));
+  const Float4 along =
+      vectors::dot(vector, motion) / (vectors::dot(motion, motion) + float4::all(1e-30f));
+  return vectors::difference(vector, scaled(motion, along));
+}
+
+/// What a gap along a direction must exceed: the errors, and the separation. `extent` bounds
+/// differences of positions.
+ADAPTIVE_BVH_INLINE Float4 leastGap(const Vector4x3& along, const Float4& extent,
+                                    const MovingPairs4Limits& limits) {
+  using float4::absolute;
+  using float4::all;
+  constexpr float kUnit = 1.f / (1 << 24);  // unit roundoff
+  const Float4 size = absolute(along.x) + absolute(along.y) + absolute(along.z);
+  const Float4 length = float4::squareRoot(vectors::dot(along, along)) * all(1 + 8 * kUnit);
+  return size * (all(8 * limits.position_error) + extent * all(32 * kUnit)) +
+         length * all(limits.separation) + all(1e-30f);
+}
+
+/// How far features are apart along a direction, and the bound of differences of positions.
+struct Gaps {
+  Float4 gap, extent;
+};
+/// Gaps of all positions in some sets of corners; differences are from the first corner of the
+/// first.
+template <int kFirsts, std::size_t kSets>
+ADAPTIVE_BVH_INLINE Gaps gapsOf(const Vector4x3 (*const (&sets)[kSets])[4],
+                                const Vector4x3& along) {
+  const Vector4x3& origin = (*sets[0])[0];
+  Float4 first = float4::all(-1e30f), second = float4::all(1e30f), extent = float4::all(0);
+  for (int i = 0; i < 4; ++i)
+    for (const auto* corners : sets) {
+      const Vector4x3 x = vectors::difference((*corners)[i], origin);
+      const Float4 height = vectors::dot(along, x);
+      extent = float4::upper(extent, vectors::size(x));
+      if (i < kFirsts)
+        first = float4::upper(first, height);
+      else
+        second = float4::lower(second, height);
+    }
+  return {second - first, extent};
+}
+
+/// Whether a plane perpendicular to a direction separates the ways of the features.
+template <int kFirsts>
+ADAPTIVE_BVH_INLINE unsigned hasPlaneAcross(const MovingPairs4& pairs, const Vector4x3& along,
+                                            const MovingPairs4Limits& limits) {
+  const Gaps ways = gapsOf<kFirsts>({&pairs.begin, &pairs.end}, along);
+  return float4::bits(ways.gap > leastGap(along, ways.extent, limits));
+}
+
 }  // namespace moving_pairs4
 
 /// A bit for each of four pairs that certainly stays farther apart than the separation. Tested by
@@ -87,14 +153,11 @@ ADAPTIVE_BVH_INLINE Vector4x3 vertexFaceDirection(const Vector4x3 (&corners)[4])
 template <int kFirsts>
 ADAPTIVE_BVH_INLINE unsigned stayApart(const MovingPairs4& pairs,
                                        const MovingPairs4Limits& limits) {
-  using float4::absolute;
   using float4::all;
   using float4::upper;
   using vectors::difference;
   using vectors::dot;
-  constexpr float kUnit = 1.f / (1 << 24);  // unit roundoff
-  const Vector4x3 along = kFirsts == 1 ? moving_pairs4::vertexFaceDirection(pairs.begin)
-                                       : moving_pairs4::edgeEdgeDirection(pairs.begin);
+  const Vector4x3 along = moving_pairs4::directionAtBegin<kFirsts>(pairs);
   Float4 least = all(1e30f), extent = all(0);
   for (int i = 0; i < kFirsts; ++i)
     for (int j = kFirsts; j < 4; ++j) {
@@ -105,11 +168,34 @@ ADAPTIVE_BVH_INLINE unsigned stayApart(const MovingPairs4& pairs,
       least = float4::lower(least, float4::lower(first_gap, gap_at_share));
       extent = upper(extent, upper(vectors::size(at_begin), vectors::size(at_end)));
     }
-  const Float4 size = absolute(along.x) + absolute(along.y) + absolute(along.z);
-  const Float4 length = float4::squareRoot(dot(along, along)) * all(1 + 8 * kUnit);
-  const Float4 margin = size * (all(8 * limits.position_error) + extent * all(32 * kUnit)) +
-                        length * all(limits.separation) + all(1e-30f);
-  return float4::bits(least > margin);
+  return float4::bits(least > moving_pairs4::leastGap(along, extent, limits));
+}
+
+/// A bit for each of four pairs whose ways a plane that does not move certainly separates, by more
+/// than the separation: so no order of the motions of the corners brings the features together. Two
+/// directions are tried: that between the nearest points at the begin, and its part perpendicular
+/// to the relative motion. docs/bounds.md, 15.
+template <int kFirsts>
+ADAPTIVE_BVH_INLINE unsigned haveFixedPlane(const MovingPairs4& pairs,
+                                            const MovingPairs4Limits& limits) {
+  using namespace moving_pairs4;
+  const Vector4x3 along = directionAtBegin<kFirsts>(pairs);
+  const unsigned bits = hasPlaneAcross<kFirsts>(pairs, along, limits);
+  return bits == 15
+             ? bits
+             : bits | hasPlaneAcross<kFirsts>(pairs, acrossMotion<kFirsts>(pairs, along), limits);
+}
+
+/// Lower bounds of the distances of the features at the begin; less than 0 if nothing is known.
+template <int kFirsts>
+ADAPTIVE_BVH_INLINE Float4 leastDistances(const MovingPairs4& pairs, float position_error) {
+  using float4::all;
+  const Vector4x3 along = moving_pairs4::directionAtBegin<kFirsts>(pairs);
+  const auto gaps = moving_pairs4::gapsOf<kFirsts>({&pairs.begin}, along);
+  const Float4 sure =
+      gaps.gap - moving_pairs4::leastGap(along, gaps.extent, {0, position_error, 1});
+  const Float4 length = float4::squareRoot(vectors::dot(along, along)) * all(1 + 1.f / (1 << 20));
+  return sure / (length + all(1e-30f));
 }
 
 }  // namespace adaptive_bvh

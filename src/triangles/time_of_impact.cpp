@@ -3,71 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Geometry>
-
-#include "triangles/feature_distance.h"
+#include "triangles/feature_directions.h"
 
 namespace adaptive_bvh {
 namespace {
 
-using Vector = MovingFeatures::Point;
-using Corners = std::array<Vector, 4>;
+using Corners = std::array<MovingFeatures::Point, 4>;
 
 constexpr double kUnit = std::numeric_limits<double>::epsilon() / 2;  // unit roundoff
-
-/// Normalizes a direction; zero if its length is inaccurate.
-Vector unit(const Vector& direction) {
-  const double length = direction.norm();
-  return length > 1e-150 ? Vector(direction / length) : Vector(Vector::Zero());
-}
-
-/// Candidate directions in which the features may be separated: unit vectors from the second to the
-/// first.
-class Directions {
- public:
-  static constexpr int kCount = 5;
-
-  /// `firsts` is the number of corners of the first feature: of a vertex 1, of an edge 2.
-  Directions(int firsts, const Corners& x) : firsts_(firsts) {
-    edges_[0] = firsts == 1 ? x[2] - x[1] : x[1] - x[0];
-    edges_[1] = x[3] - x[2];
-    edges_[2] = x[3] - x[1];
-    difference_ = (firsts == 1 ? vertexFaceDistance<double>(x[0], {x[1], x[2], x[3]})
-                               : edgeEdgeDistance<double>({x[0], x[1]}, {x[2], x[3]}))
-                      .difference();
-  }
-
-  /// Candidate k, the likeliest first; zero if there is none. 0: the difference of the nearest
-  /// points. 1: the common normal of edges 0 and 1. 2 and above: the part of the difference that is
-  /// perpendicular to edge k - 2.
-  ///
-  /// Near contact the difference has lost its digits. The normal has not, nor has a direction
-  /// perpendicular to an edge. The normal of edges at an angle a has an error of 2^-53 / a. After
-  /// it is made perpendicular to one of the edges, the remaining error lies in the plane of both,
-  /// where the width of the features is only a times their length.
-  Vector operator[](int k) const {
-    if (k == 0) return unit(difference_);
-    if (k == 1) {
-      const Vector normal = perpendicular(edges_[0].cross(edges_[1]), edges_[0]);
-      return unit(normal.dot(difference_) < 0 ? Vector(-normal) : normal);
-    }
-    if (firsts_ == 2 && k == 4) return Vector::Zero();
-    return unit(perpendicular(difference_, edges_[k - 2]));
-  }
-
- private:
-  /// The component of x perpendicular to an edge; computed twice, against rounding.
-  static Vector perpendicular(const Vector& x, const Vector& edge) {
-    const double square = edge.squaredNorm();
-    if (!(square > 0)) return Vector::Zero();
-    const Vector once = x - (x.dot(edge) / square) * edge;
-    return once - (once.dot(edge) / square) * edge;
-  }
-
-  int firsts_;
-  Vector edges_[3];    ///< of the face, or of the two edges; the last is not used for edges
-  Vector difference_;  ///< from the nearest point of the second feature to that of the first
-};
 
 /// A lower bound of the first zero on [0, 1] of a cubic polynomial given by its Bernstein
 /// coefficients: the first zero of their convex hull; 1 if there is none, 0 if the polynomial
@@ -174,10 +117,10 @@ double MovingFeatures::timeOfImpact(double separation, double until) const {
   for (int count = 0; count < kMostSteps; ++count) {
     const double least = t * (1 + 16 * kUnit);  // a later time counts as progress
     const Corners now = cornersAt(t);
-    const Directions directions(firsts_, now);
+    const FeatureDirections directions(firsts_, now);
     double step = 0;
     int best = 0;
-    for (int k = 0; k < Directions::kCount; ++k) {
+    for (int k = 0; k < FeatureDirections::kCount; ++k) {
       const double along = stepAlong(directions[k], now, target) * (1 - 4 * kUnit);
       if (t + along > std::max(until, least)) return kNever;
       if (along > step) best = k;
@@ -186,8 +129,8 @@ double MovingFeatures::timeOfImpact(double separation, double until) const {
     if (!(t + step > least)) return t;
     const double end = std::min(t + look_ahead * step, 1.);
     const Corners later = cornersAt(end);
-    const Turn turn(directions[best], Directions(firsts_, cornersAt((t + end) / 2))[best],
-                    Directions(firsts_, later)[best]);
+    const Turn turn(directions[best], FeatureDirections(firsts_, cornersAt((t + end) / 2))[best],
+                    FeatureDirections(firsts_, later)[best]);
     const double share = shareAlong(turn, now, later, target);
     look_ahead = share == 1 ? 8 * look_ahead : std::max(2., 2 * share * look_ahead);
     t = std::max(t + step, t + share * (1 - 4 * kUnit) * (end - t));
@@ -196,9 +139,9 @@ double MovingFeatures::timeOfImpact(double separation, double until) const {
 }
 
 double MovingFeatures::distanceAtStart() const {
-  const Directions directions(firsts_, start_);
+  const FeatureDirections directions(firsts_, start_);
   double bound = 0;
-  for (int k = 0; k < Directions::kCount; ++k)
+  for (int k = 0; k < FeatureDirections::kCount; ++k)
     bound = std::max(bound, gapAlong(directions[k], start_) - slack_);
   return bound;
 }

@@ -200,6 +200,8 @@ class Asked {
     std::vector<double> safe;
     safeDisplacements(first, 0, safe);
     answers_.addReal("safe displacements", safe);
+    truncateMotion(first, 0, safe);
+    answers_.addReal("shares of ways", safe);
   }
   void closed() {
     std::vector<double> distances, volumes;

@@ -1,17 +1,14 @@
 // Steps of two simulations with the truth about 24,320 pairs of features, from symbolic roots (Wang
-// et al. 2022). Skipped where the data is not beside the project; ADAPTIVE_BVH_TEST_DATA names
-// another folder.
+// et al. 2022). Skipped where the data is not beside the project.
 #include <gtest/gtest.h>
 
-#include <cstdint>
-#include <cstdlib>
 #include <fstream>
 #include <map>
 #include <sstream>
 
 #include "adaptive_bvh/continuous_collision.h"
 #include "support/exact_geometry.h"
-#include "support/meshes.h"
+#include "support/step_data.h"
 
 namespace adaptive_bvh_test {
 namespace ground_truth_test {
@@ -21,35 +18,6 @@ using adaptive_bvh::FeaturePair;
 using exact::Real;
 using P = Eigen::Vector3d;
 
-std::string folder() {
-  const char* named = std::getenv("ADAPTIVE_BVH_TEST_DATA");
-  return named ? named : ADAPTIVE_BVH_TEST_DATA;
-}
-
-/// A binary PLY file of doubles and triangles, as these are.
-TriangleMesh<double> load(const std::string& name) {
-  std::ifstream file(folder() + "/" + name + ".ply", std::ios::binary);
-  std::string line, word;
-  std::size_t vertices = 0, faces = 0;
-  while (std::getline(file, line) && line != "end_header") {
-    std::istringstream words(line);
-    words >> word;
-    if (word != "element") continue;
-    words >> word;
-    words >> (word == "vertex" ? vertices : faces);
-  }
-  TriangleMesh<double> mesh;
-  mesh.vertices.resize(vertices);
-  file.read(reinterpret_cast<char*>(mesh.vertices.data()), std::streamsize(vertices * sizeof(P)));
-  for (std::size_t i = 0; i < faces && file; ++i) {
-    std::int32_t v[3];
-    file.get();
-    file.read(reinterpret_cast<char*>(v), sizeof(v));
-    mesh.triangles.emplace_back(std::size_t(v[0]), std::size_t(v[1]), std::size_t(v[2]));
-  }
-  return mesh;
-}
-
 struct Pair {
   FeatureKind kind;
   unsigned v[4];  ///< a vertex and a face, or two edges
@@ -57,7 +25,7 @@ struct Pair {
 };
 
 std::vector<Pair> loadPairs(const std::string& name) {
-  std::ifstream file(folder() + "/ccd/" + name + ".txt");
+  std::ifstream file(dataFolder() + "/ccd/" + name + ".txt");
   std::vector<Pair> pairs;
   for (std::string line; std::getline(file, line);) {
     std::istringstream words(line);
@@ -74,10 +42,10 @@ std::vector<Pair> loadPairs(const std::string& name) {
 class GroundTruth : public testing::TestWithParam<std::array<const char*, 2>> {
  protected:
   void SetUp() override {
-    mesh_ = load(GetParam()[0]);
-    end_ = load(GetParam()[1]).vertices;
+    mesh_ = loadStep(GetParam()[0]);
+    end_ = loadStep(GetParam()[1]).vertices;
     pairs_ = loadPairs(GetParam()[0]);
-    if (pairs_.empty()) GTEST_SKIP() << "no data in " << folder();
+    if (pairs_.empty()) GTEST_SKIP() << "no data in " << dataFolder();
     for (unsigned t = 0; t < mesh_.triangles.size(); ++t) {
       std::array<unsigned, 3> c;
       for (unsigned k = 0; k < 3; ++k) {

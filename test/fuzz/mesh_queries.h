@@ -18,6 +18,7 @@
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/scene.h"
 #include "adaptive_bvh/self_collision.h"
+#include "adaptive_bvh/trust_region.h"
 #include "fuzz/bytes.h"
 #include "support/brute_force.h"
 #include "support/quad_geometry.h"
@@ -335,6 +336,26 @@ class MeshQueries {
 
   /// Between this frame and another: refused, or the earliest impact is that of the earliest pair,
   /// and no vertex that stays within its bounds brings anything together.
+  void trustRegion(const Points& start, const Points& end, double separation, double radius) {
+    adaptive_bvh::TrustRegionRequest<double> request;
+    request.radius = radius;
+    request.separation = separation;
+    try {
+      adaptive_bvh::TrustRegiond region(mesh_, request);
+      region.addObstacle(obstacle());
+      region.begin(start);
+      Points accepted;
+      REQUIRE(radius > 0);
+      const auto report = region.truncate(end, accepted);
+      REQUIRE(report.held_by_radius <= report.held_back && report.held_back <= start.size());
+      double largest = radius;
+      for (const Point& x : start) largest = std::max(largest, x.lpNorm<1>());
+      for (std::size_t v = 0; v < start.size(); ++v)
+        REQUIRE((accepted[v] - start[v]).norm() <= radius + 1e-14 * largest);
+    } catch (const std::invalid_argument&) {
+      REQUIRE(radius == 0 || !isUsable(end));
+    }
+  }
   void continuous(Bytes& in) {
     using Motion = adaptive_bvh::Motion<double>;
     const Points& start = mesh_.vertices();
@@ -361,6 +382,11 @@ class MeshQueries {
       safeDisplacements(motion, rest, separation, safe, of_obstacle);
       REQUIRE(safe.size() == start.size());
       for (const double length : safe) REQUIRE(length >= 0);
+      truncateMotion(motion, rest, separation, safe, of_obstacle);
+      REQUIRE(safe.size() == start.size());
+      for (const double share : safe) REQUIRE(share >= 0 && share <= 1);
+      for (const double share : of_obstacle) REQUIRE(share == 1);
+      trustRegion(start, end, separation, in.below(8) / 8.);
       REQUIRE(largestSafeStep(motion, rest, separation) >= 0);
       if (!isPlainFrame() || !arePlain(end)) return;
       REQUIRE(first.time == earliest && listed.time == earliest);

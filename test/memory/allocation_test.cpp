@@ -11,6 +11,7 @@
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
+#include "adaptive_bvh/trust_region.h"
 #include "support/allocations.h"
 #include "support/closed_bodies.h"
 #include "support/meshes.h"
@@ -251,10 +252,36 @@ TEST(AllocationOfContinuousCollision, NoneInASteadyStateFrame) {
     earliestImpact(motion, still, 0.01);
     earliestImpact(motion, 0.001, own);
     safeDisplacements(motion, still, 0.01, of_first, of_second);
+    truncateMotion(motion, still, 0.01, of_first, of_second);
     if (frame >= 38) in_queries += allocationCount() - before;
   }
   EXPECT_EQ(0, in_queries);
   EXPECT_FALSE(own.edge_edge.empty());
+}
+
+/// Steps of a solver within a trust region, also where it searches again.
+TEST(AllocationOfATrustRegion, NoneInASteadyStateFrame) {
+  const TriangleMesh<double> mesh = plate<double>(20, 20), hose = tube<double>(6, 8);
+  const DeformableMeshd model(mesh), other(hose);
+  Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 3);
+  std::vector<std::vector<Vector3<double>>> frames;
+  for (int frame = 0; frame < 10; ++frame) frames.push_back(deformation.next());
+  adaptive_bvh::TrustRegionRequest<double> request;
+  request.radius = 0.01;
+  adaptive_bvh::TrustRegiond region(model, request);
+  region.addObstacle(other);
+  std::vector<Vector3<double>> accepted;
+  long in_region = 0;
+  std::size_t searches = 0;
+  for (int round = 0; round < 6; ++round) {
+    const long before = allocationCount();
+    region.begin(frames[0]);
+    for (const auto& proposed : frames)
+      searches += region.truncate(proposed, accepted).has_searched;
+    if (round >= 4) in_region += allocationCount() - before;
+  }
+  EXPECT_EQ(0, in_region);
+  EXPECT_GT(searches, 6u);
 }
 
 /// The faces of a cube, two triangles each.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <numeric>
 
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/contact_regions.h"
@@ -14,6 +15,7 @@
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/scene.h"
 #include "adaptive_bvh/self_collision.h"
+#include "adaptive_bvh/trust_region.h"
 #include "support/closed_bodies.h"
 #include "support/failing.h"
 
@@ -130,6 +132,11 @@ TEST_F(FailedQuery, LeavesResultsThatCanBeUsedAgain) {
     });
     failEach("impact",
              [&](Numbers& answer) { answer << earliestImpact(motion, still, 0.01).time; });
+    failEach("shares", [&](Numbers& answer) {
+      std::vector<double> of_first, of_second;
+      truncateMotion(motion, still, 0.01, of_first, of_second);
+      answer << std::accumulate(of_first.begin(), of_first.end(), 0.);
+    });
   }
 }
 
@@ -155,6 +162,35 @@ TEST_F(FailedQuery, LeavesWhatIsKeptBetweenSteps) {
     return pair;
   };
   failEachAllocation("step", make, describe, stateOf, [](const Numbers&) { return false; });
+}
+
+/// A trust region that searches, and one that is in the middle of a step.
+TEST_F(FailedQuery, LeavesATrustRegion) {
+  const auto start = ball_.vertices(), wanted = moved(start, {0, 0, 0.2});
+  const auto make = [&] {
+    adaptive_bvh::TrustRegionRequest<double> request;
+    request.radius = 0.05;
+    auto region = std::make_unique<adaptive_bvh::TrustRegiond>(ball_, request);
+    region->addObstacle(other_);
+    region->begin(start);
+    auto accepted = start;
+    EXPECT_GT(region->truncate(wanted, accepted).held_by_radius, start.size() / 2);
+    return region;
+  };
+  const auto stateOf = [&](auto& region) {
+    Text text;
+    text << region->numPairs();
+    for (const auto& x : region->accepted()) text << x[2];
+    return text.text();
+  };
+  const auto iterate = [&](auto& region) {
+    std::vector<Vector3<double>> accepted;
+    region->truncate(wanted, accepted);
+  };
+  EXPECT_GE(failEachAllocation("iterate", make, iterate, stateOf), 1);
+  EXPECT_GE(failEachAllocation(
+                "begin", make, [&](auto& region) { region->begin(wanted); }, stateOf),
+            1);
 }
 
 TEST_F(FailedQuery, LeavesATracker) {

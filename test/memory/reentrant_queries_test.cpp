@@ -13,6 +13,7 @@
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/scene.h"
 #include "adaptive_bvh/self_collision.h"
+#include "adaptive_bvh/trust_region.h"
 #include "support/closed_bodies.h"
 #include "support/fcl_float.h"
 #include "support/long_mode.h"
@@ -259,6 +260,21 @@ class Questions {
     });
     add("earliest impact", false, [this](Answer& to) {
       reentrant_queries_test::add(adaptive_bvh::earliestImpact(motion(2), motion(1)), to);
+    });
+    add("shares of ways", false, [this](Answer& to) {
+      std::vector<double> of_second;
+      adaptive_bvh::truncateMotion(motion(2), motion(1), 0, to, of_second);
+    });
+    add("trust region", false, [this](Answer& to) {
+      adaptive_bvh::TrustRegionRequest<S> request;
+      request.radius = S(0.2);
+      adaptive_bvh::TrustRegion<S> region(*meshes_[2], request);
+      region.addObstacle(*meshes_[1], tfs_[1]);
+      auto accepted = meshes_[2]->vertices();
+      region.begin(accepted);
+      for (auto& x : accepted) x *= S(0.9);
+      to.push_back(double(region.truncate(accepted, accepted).held_back));
+      for (const auto& x : accepted) to.push_back(double(x[0]));
     });
     add("winding numbers", false, [this](Answer& to) {
       std::vector<S> found;

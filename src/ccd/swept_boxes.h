@@ -1,0 +1,78 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "base/leased.h"
+#include "ccd/continuous_search.h"
+#include "ccd/feature_search.h"
+
+namespace adaptive_bvh {
+
+/// The trees of swept boxes of a query, in memory of the calling thread.
+class SweptBoxes {
+ public:
+  explicit SweptBoxes(const ContinuousQuery& query)
+      : query_(query), frame_(query.first, query.second) {}
+
+  /// Boxes around the motion in an interval, padded by half of the separation.
+  SweptPair overInterval(const TimeInterval& interval) {
+    return pairAfter([&](SweptTree& tree, const MovingMesh& mesh) {
+      tree.refit(mesh, frame_, interval, query_.separation / 2);
+    });
+  }
+  /// Boxes around the balls of radius min(displacement, most) around the vertices' starts.
+  SweptPair aroundStarts(const std::vector<double>& of_first, const std::vector<double>& of_second,
+                         double most) {
+    return pairAfter([&](SweptTree& tree, const MovingMesh& mesh) {
+      const std::vector<double>& radii = &mesh == &query_.first ? of_first : of_second;
+      tree.refitAroundStarts(mesh, frame_, radii, most, query_.separation / 2);
+    });
+  }
+  /// Boxes around the motion of each vertex over its share, or over a length of `most`.
+  SweptPair overShares(const std::vector<double>& of_first, const std::vector<double>& of_second,
+                       double most) {
+    return pairAfter([&](SweptTree& tree, const MovingMesh& mesh) {
+      const std::vector<double>& shares = &mesh == &query_.first ? of_first : of_second;
+      tree.refitOverShares(mesh, frame_, shares, most, query_.separation / 2);
+    });
+  }
+  const SweptFrame& frame() const { return frame_; }
+
+ private:
+  /// Refits the trees by refit(tree, mesh), and returns them.
+  template <typename Refit>
+  SweptPair pairAfter(Refit&& refit) {
+    std::array<SweptTree, 2>& trees = *trees_;
+    refit(trees[0], query_.first);
+    if (!query_.isSelf()) refit(trees[1], query_.second);
+    return {query_.first, trees[0], query_.second, trees[query_.isSelf() ? 0 : 1]};
+  }
+
+  const ContinuousQuery& query_;
+  const SweptFrame frame_;
+  const Leased<std::array<SweptTree, 2>> trees_;
+};
+
+/// Mean lengths of motions of vertices and of edges, from a sample of the triangles.
+struct MeanLengths {
+  double motion = 0, edge = 0;
+
+  explicit MeanLengths(const MovingMesh& mesh) {
+    constexpr unsigned kSamples = 1024;
+    const unsigned step = mesh.num_triangles / kSamples + 1;
+    unsigned count = 0;
+    for (unsigned t = 0; t < mesh.num_triangles; t += step, ++count) {
+      const auto ends = edgeVertices(mesh.triangles, 3 * t);
+      motion += (mesh.end[ends[0]] - mesh.start[ends[0]]).norm();
+      edge += (mesh.start[ends[1]] - mesh.start[ends[0]]).norm();
+    }
+    motion /= count;
+    edge /= count;
+  }
+  /// The mean motion, relative to the mean edge.
+  double motionInEdges() const { return motion / std::max(edge, 1e-300); }
+};
+
+}  // namespace adaptive_bvh

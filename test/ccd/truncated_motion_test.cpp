@@ -1,0 +1,265 @@
+// truncateMotion against all pairs of features, in quadruple precision: what either may sweep stays
+// apart.
+#include <gtest/gtest.h>
+
+#include "adaptive_bvh/continuous_collision.h"
+#include "support/long_mode.h"
+#include "support/random_geometry.h"
+#include "support/step_data.h"
+#include "support/swept_features.h"
+#include "support/test_mesh.h"
+
+namespace adaptive_bvh_test {
+namespace truncated_motion_test {
+
+using adaptive_bvh::DeformableMesh;
+using adaptive_bvh::Motion;
+using P = Eigen::Vector3d;
+
+/// The positions that a caller computes, in the number type of the mesh.
+template <typename S>
+std::vector<Vector3<S>> truncated(const std::vector<Vector3<S>>& start,
+                                  const std::vector<Vector3<S>>& end,
+                                  const std::vector<double>& shares) {
+  std::vector<Vector3<S>> at(start.size());
+  for (std::size_t v = 0; v < start.size(); ++v)
+    at[v] = start[v] + S(shares[v]) * (end[v] - start[v]);
+  return at;
+}
+
+/// The share of the motion that is kept.
+template <typename S>
+double kept(const std::vector<Vector3<S>>& start, const std::vector<Vector3<S>>& end,
+            const std::vector<double>& shares) {
+  double all = 0, some = 0;
+  for (std::size_t v = 0; v < start.size(); ++v) {
+    const double length = double((end[v] - start[v]).norm());
+    all += length;
+    some += shares[v] * length;
+  }
+  return some / all;
+}
+
+template <typename S>
+class TruncatedMotion : public testing::Test {
+ protected:
+  using Mesh = DeformableMesh<S>;
+  using Points = std::vector<Vector3<S>>;
+
+  /// A crumpled sheet, a tube, or triangles that share nothing.
+  TriangleMesh<S> mesh(int kind) {
+    if (kind == 2) return soup<S>(40, random_.engine());
+    TriangleMesh<S> mesh = kind == 0 ? plate<S>(6, 5) : tube<S>(6, 6);
+    for (auto& x : mesh.vertices) x += random_.point() * S(0.1);
+    return mesh;
+  }
+  /// Some whole numbers, among them vertices on vertices and parallel edges.
+  TriangleMesh<S> latticeSoup() {
+    TriangleMesh<S> mesh;
+    for (int v = 0; v < 24; ++v)
+      mesh.vertices.emplace_back(S(random_.below(8)), S(random_.below(8)), S(random_.below(8)));
+    for (int t = 0; t < 12; ++t) {
+      const auto v = std::size_t(random_.below(22));
+      mesh.triangles.emplace_back(v, v + 1, v + 2);
+    }
+    return mesh;
+  }
+  Points moved(const Points& from, S size) {
+    Points to = from;
+    const Vector3<S> together = random_.point() * size;
+    for (auto& x : to)
+      if (!random_.oneIn(5)) x += together + random_.point() * size * S(0.5);
+    return to;
+  }
+  static void append(const Points& points, const fcl::Transform3<S>& tf, std::vector<P>& world) {
+    for (const auto& x : points)
+      world.push_back(tf.template cast<double>() * P(x.template cast<double>()));
+  }
+  /// A surface of one or two meshes in the world.
+  struct World {
+    std::vector<P> start, end;
+    std::vector<fcl::Triangle> triangles;
+
+    void add(const TriangleMesh<S>& mesh, const Points& to, const fcl::Transform3<S>& tf) {
+      const std::size_t first = start.size();
+      append(mesh.vertices, tf, start);
+      append(to, tf, end);
+      for (const fcl::Triangle& t : mesh.triangles)
+        triangles.emplace_back(first + t[0], first + t[1], first + t[2]);
+    }
+  };
+  /// Requires that all pairs stay apart that are apart at the start. `of_both`: how many vertices
+  /// the first mesh has if only pairs of two meshes count.
+  void expectApart(const World& world, std::size_t of_both = 0) {
+    const SweptFeatures features(world.start, world.end, world.triangles);
+    features.forEachPair(0, [&](const SweptFeatures::Pair& pair) {
+      const auto side = [&](std::size_t i) { return pair.corners[i] < of_both; };
+      if (of_both && side(0) == side(3)) return;
+      if (!features.areApartAtStart(pair)) {
+        ++touching_;
+        return;
+      }
+      ++near_;
+      ASSERT_TRUE(features.areApartAllTheWay(pair));
+    });
+  }
+
+  RandomGeometry<S> random_{61};
+  long near_ = 0, touching_ = 0;
+};
+
+TYPED_TEST_SUITE(TruncatedMotion, MeshScalars);
+
+TYPED_TEST(TruncatedMotion, OfOneMeshStaysApart) {
+  using S = TypeParam;
+  const auto still = fcl::Transform3<S>::Identity();
+  for (int round = 0; round < manySteps(60); ++round) {
+    const bool lattice = round % 4 == 3;
+    const TriangleMesh<S> mesh = lattice ? this->latticeSoup() : this->mesh(round % 3);
+    auto end = this->moved(mesh.vertices, lattice ? S(4) : S(this->random_.size(-2, 0.5)));
+    if (lattice)
+      for (auto& x : end) x = x.array().round().matrix().eval();
+    const DeformableMesh<S> model(mesh);
+    std::vector<double> shares;
+    truncateMotion(Motion<S>(model, mesh.vertices, end), 0, shares);
+    ASSERT_EQ(end.size(), shares.size());
+    for (const double share : shares) ASSERT_TRUE(share >= 0 && share <= 1);
+    typename TestFixture::World world;
+    world.add(mesh, truncated(mesh.vertices, end, shares), still);
+    this->expectApart(world);
+  }
+  EXPECT_GT(this->near_, 2000);
+}
+
+TYPED_TEST(TruncatedMotion, OfTwoMeshesStaysApart) {
+  using S = TypeParam;
+  for (int round = 0; round < manySteps(60); ++round) {
+    const TriangleMesh<S> a = this->mesh(round % 3), b = this->mesh(round / 3 % 3);
+    const S size = S(this->random_.size(-2, 0.5));
+    const auto a_end = this->moved(a.vertices, size), b_end = this->moved(b.vertices, size);
+    const auto tf =
+        round % 2 ? this->random_.pose(S(0.6)) : fcl::Transform3<S>(fcl::Transform3<S>::Identity());
+    const DeformableMesh<S> first(a), second(b);
+    std::vector<double> of_a, of_b;
+    truncateMotion(Motion<S>(first, a.vertices, a_end, tf, tf),
+                   Motion<S>(second, b.vertices, b_end), 0, of_a, of_b);
+    typename TestFixture::World world;
+    world.add(a, truncated(a.vertices, a_end, of_a), tf);
+    world.add(b, truncated(b.vertices, b_end, of_b), fcl::Transform3<S>::Identity());
+    this->expectApart(world, a.vertices.size());
+  }
+  EXPECT_GT(this->near_, 2000);
+}
+
+/// Vertices move one after the other, there and back, each somewhere on its way: the surfaces never
+/// come nearer than the separation, or than they were.
+TYPED_TEST(TruncatedMotion, KeepsTheSeparationInEveryOrder) {
+  using S = TypeParam;
+  long measured = 0;
+  for (int round = 0; round < manySteps(12); ++round) {
+    TriangleMesh<S> mesh = this->mesh(round % 2);
+    const double separation = this->random_.size(-3, -1.5);
+    const auto end = this->moved(mesh.vertices, S(0.3));
+    const DeformableMesh<S> model(mesh);
+    std::vector<double> shares;
+    truncateMotion(Motion<S>(model, mesh.vertices, end), separation, shares);
+    const auto farthest = truncated(mesh.vertices, end, shares);
+    std::vector<P> start, last;
+    this->append(mesh.vertices, fcl::Transform3<S>::Identity(), start);
+    this->append(farthest, fcl::Transform3<S>::Identity(), last);
+    const SweptFeatures features(start, last, mesh.triangles);
+    features.forEachPair(separation, [&](const SweptFeatures::Pair& pair) {
+      const auto from = features.corners(pair, 0), to = features.corners(pair, 1);
+      const double before = double(distance(pair.firsts, from));
+      if (!(before > 1e-5)) return;
+      for (int state = 0; state < 4; ++state) {
+        std::array<quad::Point, 4> now;
+        for (std::size_t i = 0; i < 4; ++i) {
+          const double t =
+              this->random_.oneIn(2) ? this->random_.below(2) : double(this->random_.uniform(0, 1));
+          now[i] = from[i] + quad::Real(t) * (to[i] - from[i]);
+        }
+        ++measured;
+        ASSERT_GT(double(distance(pair.firsts, now)),
+                  std::min(separation, before * (1 - 1e-8)) - 1e-7 * (sizeof(S) == 4));
+      }
+    });
+  }
+  EXPECT_GT(measured, 1000);
+}
+
+TYPED_TEST(TruncatedMotion, PlatesSlideAlongEachOther) {
+  using S = TypeParam;
+  TriangleMesh<S> mesh = plate<S>(20, 20);
+  const DeformableMesh<S> model(mesh);
+  auto above = mesh.vertices, end = mesh.vertices;
+  for (auto& x : above) x[2] += S(1e-3);
+  for (std::size_t v = 0; v < end.size(); ++v) end[v] = above[v] + Vector3<S>(S(0.23), S(0.11), 0);
+  std::vector<double> of_upper, of_lower;
+  truncateMotion(Motion<S>(model, above, end), Motion<S>(model, mesh.vertices, mesh.vertices), 0,
+                 of_upper, of_lower);
+  EXPECT_GE(kept<S>(above, end, of_upper), 0.99);
+  for (const double share : of_lower) EXPECT_EQ(1, share) << "does not move";
+}
+
+TYPED_TEST(TruncatedMotion, DoesNotDependOnThreadsAndRefusesWhatMotionsRefuse) {
+  using S = TypeParam;
+  const TriangleMesh<S> mesh = this->mesh(0);
+  const auto end = this->moved(mesh.vertices, S(0.3));
+  DeformableMesh<S> model(mesh);
+  const Motion<S> motion(model, mesh.vertices, end);
+  std::vector<double> one, two;
+  truncateMotion(motion, 1e-3, one);
+  model.setQueryThreads(2);
+  truncateMotion(motion, 1e-3, two);
+  EXPECT_EQ(one, two);
+  const std::vector<double> before = two;
+  EXPECT_THROW(truncateMotion(motion, -1, two), std::invalid_argument);
+  auto broken = end;
+  broken[3][1] = std::numeric_limits<S>::infinity();
+  EXPECT_THROW(truncateMotion(Motion<S>(model, mesh.vertices, broken), 0, two),
+               std::invalid_argument);
+  EXPECT_EQ(before, two);
+}
+
+/// Steps of simulations: no pair of features meets, and how much of the motion is kept.
+struct Step {
+  const char *start, *end;
+  double part, least_kept;
+};
+class TruncatedStep : public testing::TestWithParam<Step> {};
+
+TEST_P(TruncatedStep, StaysApartAndKeepsMost) {
+  const TriangleMesh<double> mesh = loadStep(GetParam().start);
+  if (mesh.triangles.empty()) GTEST_SKIP() << "no data in " << dataFolder();
+  const std::vector<double> part(mesh.vertices.size(), GetParam().part);
+  const auto end = truncated(mesh.vertices, loadStep(GetParam().end).vertices, part);
+  const DeformableMesh<double> model(mesh);
+  std::vector<double> shares;
+  truncateMotion(Motion<double>(model, mesh.vertices, end), 0, shares);
+  const double share = kept<double>(mesh.vertices, end, shares);
+  EXPECT_GE(share, GetParam().least_kept);
+  RecordProperty("kept", std::to_string(share));
+  const auto at = truncated(mesh.vertices, end, shares);
+  const SweptFeatures features(mesh.vertices, at, mesh.triangles);
+  long near = 0;
+  features.forEachPair(0, [&](const SweptFeatures::Pair& pair) {
+    ++near;
+    ASSERT_TRUE(features.areApartAllTheWay(pair));
+  });
+  EXPECT_GT(near, 1000);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Steps, TruncatedStep,
+    testing::Values(Step{"cloth_funnel_227", "cloth_funnel_228", 1, 0.961},
+                    Step{"cloth_funnel_227", "cloth_funnel_228", 1. / 3, 0.990},
+                    Step{"cloth_funnel_227", "cloth_funnel_228", 0.1, 0.992},
+                    Step{"armadillo_rollers_326", "armadillo_rollers_327", 1, 0},
+                    Step{"armadillo_rollers_326", "armadillo_rollers_327", 0.03, 0.682}),
+    [](const auto& info) {
+      return std::string(info.param.start) + "_" + std::to_string(int(1000 * info.param.part));
+    });
+
+}  // namespace truncated_motion_test
+}  // namespace adaptive_bvh_test
