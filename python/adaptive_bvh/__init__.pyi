@@ -487,6 +487,57 @@ def vertex_contacts_of_both(
     tf1: _Pose = None,
     tf2: _Pose = None,
 ) -> Tuple[VertexContacts, VertexContacts]: ...
+
+class VertexGradients:
+    @property
+    def vertices(self) -> _Ints: ...
+    @property
+    def gradients(self) -> _Floats: ...
+    def __len__(self) -> int: ...
+
+class DistanceDerivatives:
+    @property
+    def first(self) -> VertexGradients: ...
+    @property
+    def second(self) -> VertexGradients: ...
+
+class FeaturePairDerivatives:
+    @property
+    def vertex_face(self) -> DistanceDerivatives: ...
+    @property
+    def face_vertex(self) -> DistanceDerivatives: ...
+    @property
+    def edge_edge(self) -> DistanceDerivatives: ...
+
+@overload
+def distance_derivatives(
+    first: DeformableMesh,
+    second: DeformableMesh,
+    pairs: FeaturePairs,
+    details: FeaturePairDetails,
+    tf1: _Pose = None,
+    tf2: _Pose = None,
+) -> FeaturePairDerivatives: ...
+@overload
+def distance_derivatives(
+    mesh: DeformableMesh, pairs: FeaturePairs, details: FeaturePairDetails
+) -> FeaturePairDerivatives: ...
+@overload
+def distance_derivatives(
+    mesh: DeformableMesh,
+    other: _Object,
+    contacts: VertexContacts,
+    tf: _Pose = None,
+    other_tf: _Pose = None,
+) -> DistanceDerivatives: ...
+@overload
+def distance_derivatives(
+    first: DeformableMesh,
+    second: DeformableMesh,
+    nearest: DistanceResult,
+    tf1: _Pose = None,
+    tf2: _Pose = None,
+) -> DistanceDerivatives: ...
 def signed_distances(mesh: DeformableMesh, points: _Array) -> _Floats: ...
 def winding_numbers(mesh: DeformableMesh, points: _Array) -> _Floats: ...
 def is_watertight(mesh: DeformableMesh) -> bool: ...
@@ -818,9 +869,11 @@ __all__ = [
     "Contacts",
     "Cylinder",
     "DeformableMesh",
+    "DistanceDerivatives",
     "DistanceResult",
     "Ellipsoid",
     "FeatureDetails",
+    "FeaturePairDerivatives",
     "FeaturePairDetails",
     "FeaturePairs",
     "Halfspace",
@@ -847,6 +900,7 @@ __all__ = [
     "Sphere",
     "TrianglePairs",
     "VertexContacts",
+    "VertexGradients",
     "any_hit",
     "candidates",
     "clearance",
@@ -856,6 +910,7 @@ __all__ = [
     "collide",
     "contact_regions",
     "distance",
+    "distance_derivatives",
     "earliest_impact",
     "feature_pair_details",
     "feature_pairs_within",

@@ -7,6 +7,7 @@
 #include "adaptive_bvh/contact_regions.h"
 #include "adaptive_bvh/continuous_collision.h"
 #include "adaptive_bvh/deformable_mesh.h"
+#include "adaptive_bvh/distance_derivatives.h"
 #include "adaptive_bvh/mesh.h"
 #include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
@@ -31,10 +32,11 @@ template <typename T>
 constexpr bool kIsBound =
     std::is_base_of_v<Bound, T> ||
     kIsOneOf<T, BodyOptions, ClosestPoint<double>, ContactPatches<double>, ContactRegions<double>,
-             FeatureDetails<double>, FeaturePairDetails<double>, FeaturePairs, Impact, ImpactTimes,
-             MeshUpdate, SceneDistance<double>, SceneImpact, ScenePoint<double>,
-             SignedDistance<double>, TriangleMesh<double>, TrianglePairs<double>,
-             VertexContacts<double>>;
+             DistanceDerivatives<double>, FeatureDetails<double>, FeaturePairDerivatives<double>,
+             FeaturePairDetails<double>, FeaturePairs, Impact, ImpactTimes, MeshUpdate,
+             SceneDistance<double>, SceneImpact, ScenePoint<double>, SignedDistance<double>,
+             TriangleMesh<double>, TrianglePairs<double>, VertexContacts<double>,
+             VertexGradients<double>>;
 
 /// Refuses what was not constructed.
 template <typename T>

@@ -35,6 +35,7 @@ PYBIND11_MODULE(_core, module) {
   bindPoints(module);
   bindRays(module);
   bindPenetration(module);
+  bindDerivatives(module);
   bindInside(module);
   bindContactRegions(module);
   bindContinuous(module);

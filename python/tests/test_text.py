@@ -18,6 +18,7 @@ def everything():
     scene.update()
     features = ab.feature_pairs_within(a, b, 0.1, None, tf)
     details = ab.feature_pair_details(a, b, features, None, tf)
+    derivatives = ab.distance_derivatives(a, b, features, details, None, tf)
     regions = ab.contact_regions(a, b, None, tf)
     motion = [ab.Motion(m, m.vertices, m.vertices + s) for m, s in ((a, 0), (b, 5))]
     yield from (
@@ -29,6 +30,9 @@ def everything():
         features,
         details,
         details.vertex_face,
+        derivatives,
+        derivatives.vertex_face,
+        derivatives.vertex_face.first,
         ab.closest_point(a, [0, 0, 3]),
         ab.closest_points(a, [[0, 0, 3]]),
         ab.closest_features(a, [[0, 0, 3]]),

@@ -12,6 +12,7 @@
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/contact_regions.h"
 #include "adaptive_bvh/continuous_collision.h"
+#include "adaptive_bvh/distance_derivatives.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
@@ -103,10 +104,23 @@ class MeshQueries {
       coherent_.distance(still, tf, request, result);
     else
       adaptive_bvh::distance<double>(&mesh_, still, &obstacle(), tf, request, result);
+    derivative(result, tf);
     if (!isPlainFrame()) return;
     const BruteForce<double> brute_force(mesh_, still, obstacle(), tf);
     REQUIRE(std::abs(result.min_distance - brute_force.distance()) < 1e-9);
     REQUIRE(brute_force.findError(result, still, 1e-9).empty());
+  }
+
+  /// The gradients of a distance add up to opposite directions; to zero where meshes touch.
+  void derivative(const fcl::DistanceResultd& nearest, const fcl::Transform3d& tf) const {
+    if (nearest.b1 < 0) return;  // none was nearer than infinity
+    adaptive_bvh::DistanceDerivatives<double> g;
+    distanceDerivatives(mesh_, fcl::Transform3d::Identity(), obstacle(), tf, nearest, g);
+    Point sum = Point::Zero(), of_obstacle = sum;
+    for (const Point& x : g.first.gradients) sum += x;
+    for (const Point& x : g.second.gradients) of_obstacle += x;
+    REQUIRE((sum + tf.linear() * of_obstacle).norm() < 1e-9);
+    REQUIRE(sum.norm() < 1 + 1e-9 && (sum.norm() > 1 - 1e-9 || !(nearest.min_distance > 1e-9)));
   }
 
   /// Contacts have every field, are listed once by selfCollide, and do not depend on the

@@ -6,6 +6,7 @@
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/contact_regions.h"
 #include "adaptive_bvh/continuous_collision.h"
+#include "adaptive_bvh/distance_derivatives.h"
 #include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
@@ -138,6 +139,10 @@ TEST(AllocationOfProximity, NoneInASteadyStateFrame) {
   std::vector<adaptive_bvh::RayHit<double>> hits, first;
   std::vector<std::uint8_t> any;
   adaptive_bvh::FeaturePairDetails<double> details;
+  adaptive_bvh::FeaturePairDerivatives<double> derivatives;
+  adaptive_bvh::DistanceDerivatives<double> of_distance;
+  fcl::DistanceResultd nearest;
+  nearest.b1 = nearest.b2 = 1;
   adaptive_bvh::ProximityRequest<double> request;
   request.distance = 0.2;
   request.enable_distances = request.enable_nearest_points = true;
@@ -157,6 +162,8 @@ TEST(AllocationOfProximity, NoneInASteadyStateFrame) {
     firstHits(model, frames[0].data(), frames[1].data(), frames[0].size(), first);
     anyHits(model, frames[0].data(), frames[1].data(), frames[0].size(), any);
     featurePairDetails(model, tf, other, above, features, details);
+    distanceDerivatives(model, tf, other, above, features, details, derivatives);
+    distanceDerivatives(model, tf, other, above, nearest, of_distance);
     if (frame >= 40) in_queries += allocationCount() - before;
   }
   EXPECT_EQ(0, in_queries);
@@ -175,6 +182,7 @@ TEST(AllocationOfVertexContacts, NoneInASteadyStateFrame) {
   std::vector<std::vector<Vector3<double>>> frames;
   for (int frame = 0; frame < 20; ++frame) frames.push_back(deformation.next());
   adaptive_bvh::VertexContacts<double> of_first, of_second, of_sphere;
+  adaptive_bvh::DistanceDerivatives<double> derivatives;
   std::vector<double> distances, numbers;
   std::vector<adaptive_bvh::ClosestFeature<double>> features;
   long in_queries = 0;
@@ -184,6 +192,7 @@ TEST(AllocationOfVertexContacts, NoneInASteadyStateFrame) {
     const long before = allocationCount();
     found += vertexContacts(model, tf, other, above, 0.1, of_first, of_second);
     found += vertexContacts(model, tf, sphere, above, 0.1, of_sphere);
+    distanceDerivatives(model, tf, other, above, of_first, derivatives);
     signedDistances(other, frames[0], distances);
     windingNumbers(model, frames[1], numbers);
     windingNumbers(open, frames[1], numbers);

@@ -7,6 +7,7 @@
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/contact_regions.h"
 #include "adaptive_bvh/continuous_collision.h"
+#include "adaptive_bvh/distance_derivatives.h"
 #include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
@@ -90,6 +91,13 @@ TEST_F(FailedQuery, LeavesResultsThatCanBeUsedAgain) {
     failEach("features", [&](Numbers& answer) {
       answer << featurePairsWithin(ball_, identity_, other_, identity_, 0.2, features)
              << features.edge_edge.size();
+    });
+    adaptive_bvh::FeaturePairDetails<double> details;
+    featurePairDetails(ball_, identity_, other_, identity_, features, details);
+    adaptive_bvh::FeaturePairDerivatives<double> derivatives;
+    failEach("derivatives", [&](Numbers& answer) {
+      distanceDerivatives(ball_, identity_, other_, identity_, features, details, derivatives);
+      answer << derivatives.edge_edge.second.gradients.back()[2];
     });
     std::vector<double> numbers;
     failEach("clearance", [&](Numbers& answer) {

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "adaptive_bvh/contact_regions.h"
+#include "adaptive_bvh/distance_derivatives.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/scene.h"
 #include "adaptive_bvh/self_collision.h"
@@ -246,6 +247,10 @@ class Questions {
       VertexContacts<S> found;
       adaptive_bvh::vertexContacts(*meshes_[1], tfs_[1], *meshes_[0], tfs_[0], S(0.05), found);
       to.assign(found.vertices.begin(), found.vertices.end());
+      DistanceDerivatives<S> derivatives;
+      adaptive_bvh::distanceDerivatives(*meshes_[1], tfs_[1], *meshes_[0], tfs_[0], found,
+                                        derivatives);
+      for (const auto& x : derivatives.second.gradients) reentrant_queries_test::add(x, to);
     });
     add("candidates", false, [this](Answer& to) {
       FeaturePairs found;

@@ -16,6 +16,7 @@
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/contact_regions.h"
 #include "adaptive_bvh/continuous_collision.h"
+#include "adaptive_bvh/distance_derivatives.h"
 #include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
@@ -279,6 +280,16 @@ TEST_F(SinglePrecision, FeaturesAndImpactsAreThoseOfDouble) {
       EXPECT_EQ(float(details_twin.edge_edge.distances[i]), details.edge_edge.distances[i]);
       EXPECT_EQ(rounded(details_twin.edge_edge.normals[i]), details.edge_edge.normals[i]);
     }
+    adaptive_bvh::FeaturePairDerivatives<float> derivatives;
+    adaptive_bvh::FeaturePairDerivatives<double> derivatives_twin;
+    distanceDerivatives(first_.single, tf1_, second_.single, tf2_, pairs, details, derivatives);
+    distanceDerivatives(first_.twin, twin1(), second_.twin, twin2(), pairs, details_twin,
+                        derivatives_twin);
+    const auto& of_single = derivatives.vertex_face.second;
+    const auto& of_twin = derivatives_twin.vertex_face.second;
+    EXPECT_EQ(of_twin.vertices, of_single.vertices);
+    for (std::size_t i = 0; i < of_single.gradients.size(); ++i)  // of rounded details
+      EXPECT_LE((of_twin.gradients[i] - of_single.gradients[i].cast<double>()).norm(), 0x1p-22);
     const std::vector<fcl::Vector3f> from = first_.single.vertices(),
                                      at = second_.single.vertices();
     std::vector<fcl::Vector3f> to = from;

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <thread>
 
+#include "adaptive_bvh/distance_derivatives.h"
 #include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
@@ -138,7 +139,9 @@ TYPED_TEST(QueryThreads, VertexContactsAndPointsAreThoseOfOneThread) {
   adaptive_bvh::VertexContacts<S> expected, now;
   std::vector<S> distances, numbers, distances_now, numbers_now;
   std::vector<adaptive_bvh::ClosestFeature<S>> features, features_now;
+  adaptive_bvh::DistanceDerivatives<S> derivatives, derivatives_now;
   vertexContacts(a, tf, b, above, S(0.1), expected);
+  distanceDerivatives(a, tf, b, above, expected, derivatives);
   signedDistances(b, a.vertices(), distances);
   windingNumbers(open, a.vertices(), numbers);
   closestFeatures(b, a.vertices(), S(1), features);
@@ -155,6 +158,10 @@ TYPED_TEST(QueryThreads, VertexContactsAndPointsAreThoseOfOneThread) {
     EXPECT_EQ(expected.triangles, now.triangles);
     EXPECT_EQ(expected.barycentric, now.barycentric);
     EXPECT_EQ(expected.areas, now.areas);
+    distanceDerivatives(a, tf, b, above, expected, derivatives_now);
+    EXPECT_EQ(derivatives.first.gradients, derivatives_now.first.gradients);
+    EXPECT_EQ(derivatives.second.gradients, derivatives_now.second.gradients);
+    EXPECT_EQ(derivatives.second.vertices, derivatives_now.second.vertices);
     signedDistances(b, a.vertices(), distances_now);
     windingNumbers(open, a.vertices(), numbers_now);
     closestFeatures(b, a.vertices(), S(1), features_now);

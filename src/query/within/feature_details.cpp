@@ -7,6 +7,7 @@
 #include "query/points/point_search.h"
 #include "query/points/surface_normals.h"
 #include "query/single_precision.h"
+#include "query/within/required_features.h"
 #include "triangles/feature_distance.h"
 #include "triangles/triangle_gap.h"
 
@@ -133,20 +134,14 @@ FeatureCounts countsOf(const MeshState& mesh) {
 }
 
 /// Throws std::invalid_argument unless all numbers exist: are below `count1` and below `count2`.
-void requireFeatures(const std::vector<FeaturePair>& pairs, const char* kind, std::size_t count1,
-                     std::size_t count2) {
+void requireExist(const std::vector<FeaturePair>& pairs, const char* kind, std::size_t count1,
+                  std::size_t count2) {
   for (std::size_t i = 0; i < pairs.size(); ++i)
     if (pairs[i].first >= count1 || pairs[i].second >= count2)
       throw std::invalid_argument("adaptive_bvh: pair " + std::to_string(i) + " of " + kind +
                                   " is (" + std::to_string(pairs[i].first) + ", " +
                                   std::to_string(pairs[i].second) + "), but there are " +
                                   std::to_string(count1) + " and " + std::to_string(count2));
-}
-void requireFeatures(const FeaturePairs& pairs, const FeatureCounts& first,
-                     const FeatureCounts& second) {
-  requireFeatures(pairs.vertex_face, "vertex_face", first.vertices, second.triangles);
-  requireFeatures(pairs.face_vertex, "face_vertex", first.triangles, second.vertices);
-  requireFeatures(pairs.edge_edge, "edge_edge", first.edges, second.edges);
 }
 
 /// Sets the result to detailOf(pair) of each pair. `tf`: maps the details' frame to the world.
@@ -169,7 +164,7 @@ void writeDetails(int threads, const fcl::Transform3d& tf, const std::vector<Fea
 void writeDetails(const PlacedMesh& first, const MeshState& second,
                   const RelativePlacement& to_first, const FeaturePairs& pairs,
                   FeaturePairDetails<double>& result) {
-  requireFeatures(pairs, countsOf(first.mesh), countsOf(second));
+  requireFeatures(pairs, first.mesh, second);
   const MeshFeatures a(first.mesh, RelativePlacement()), b(second, to_first);
   const int threads = std::max(first.mesh.query_threads, second.query_threads);
   writeDetails(
@@ -189,6 +184,13 @@ void writeDetails(const PlacedMesh& first, const MeshState& second,
 }
 
 }  // namespace
+
+void requireFeatures(const FeaturePairs& pairs, const MeshState& first, const MeshState& second) {
+  const FeatureCounts one = countsOf(first), other = countsOf(second);
+  requireExist(pairs.vertex_face, "vertex_face", one.vertices, other.triangles);
+  requireExist(pairs.face_vertex, "face_vertex", one.triangles, other.vertices);
+  requireExist(pairs.edge_edge, "edge_edge", one.edges, other.edges);
+}
 
 template <typename S>
 void featurePairDetails(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
