@@ -44,7 +44,8 @@ class NearRegion::Search : public PairBatches<NearRegion::Search<kIsSelf>> {
       : PairBatches<Search>(pair),
         scale_(frame.scale),
         lost_(lost),
-        most_gap_(most_gap),
+        most_distance_(float4::all(frame.lengthUp(lost + most_gap))),
+        position_error_(std::max(pair.tree1.positionError(), pair.tree2.positionError())),
         first_of_second_(first_of_second),
         pairs_(pairs) {}
 
@@ -55,29 +56,25 @@ class NearRegion::Search : public PairBatches<NearRegion::Search<kIsSelf>> {
 
   template <int kNumFirst>
   ADAPTIVE_BVH_INLINE unsigned decided(const MovingPairs4& four) {
-    const Float4 distances = leastDistances<kNumFirst>(
-        four, std::max(pair_.tree1.positionError(), pair_.tree2.positionError()));
-    unsigned far = 0;
-    for (int k = 0; k < 4; ++k) {
-      gaps_[k] = double(distances[k]) / scale_ - lost_;
-      far |= unsigned(gaps_[k] > most_gap_) << k;
-    }
-    return far;
+    distances_ = leastDistances<kNumFirst>(four, position_error_);
+    return float4::bits(distances_ > most_distance_);
   }
   template <int kNumFirst>
   void test(const PairRef& ref, unsigned k) {
     const auto of = this->template verticesOf<kNumFirst>(ref);
-    Pair pair{{}, downward(gaps_[k])};
+    Pair pair{{}, downward(double(distances_[k]) / scale_ - lost_)};
     for (int i = 0; i < 4; ++i)
       pair.corners[std::size_t(i)] =
           of.vertices[i] + ((i < kNumFirst) == of.swapped ? first_of_second_ : 0);
     (kNumFirst == 2 ? pairs_.edge_edge : pairs_.vertex_face).push_back(pair);
   }
 
-  const double scale_, lost_, most_gap_;
+  const double scale_, lost_;
+  const Float4 most_distance_;  ///< in the frame, as distances_
+  const float position_error_;
   const unsigned first_of_second_;
   Pairs& pairs_;
-  double gaps_[4];  ///< of the four pairs that were tested last
+  Float4 distances_;  ///< lower bounds of the four pairs that were tested last
 };
 
 /// Takes positions as references, and discards what was found around others.
