@@ -53,6 +53,7 @@ NearestSearch::NearestSearch(const PlacedMesh& first, const PlacedMesh& second,
       is_same_(trees_.frame().isSame()),
       open_(memory_->open),
       supports_(memory_->supports),
+      slabs_(memory_->slabs),
       blocks_(second, trees_) {
   open_.reserve(16 * static_cast<std::size_t>(trees_.first().depth() + trees_.second().depth()));
   next_supports_ = LineSeparation::largestCost(trees_.first(), trees_.second());
@@ -66,6 +67,7 @@ NearestSearch::NearestSearch(const PlacedMesh& first, const PlacedMesh& second,
   next_check_ =
       std::max<long>(kWholeBodyCost, first.mesh.vertices.size() + second.mesh.vertices.size());
   next_alignment_ = 8 * trees_.costOfAlignment();  // supports mostly make it unnecessary
+  next_slabs_ = isTaken(Shortcut::SinglePrecision) ? SlabSeparation::cost(trees_) : kNever;
   if (!isTaken(Shortcut::Supports))
     next_supports_ = next_view_ = next_hulls_ = next_check_ = kNever;
 }
@@ -93,17 +95,29 @@ unsigned NearestSearch::nearByBoxes(int first, int second, Gaps4x4& keys) {
   return keys.below(key_limit_);
 }
 
-/// Tests boxes, and supports if there are any. Counts the tests.
+/// Tests boxes, then slabs and supports if there are any. Counts the tests.
 unsigned NearestSearch::nearByAll(int first, int second, Gaps4x4& keys) {
   box_tests_ += nodes1_[first].count * nodes2_[second].count;
   if (has_view_) return nearInView(first, second, has_supports_ ? &supports_ : nullptr, keys);
   unsigned near = nearByBoxes(first, second, keys);
+  if (has_slabs_ && near && !nodes1_[first].isLeaf() && !nodes2_[second].isLeaf())
+    near = nearBySlabs(first, second, near);
   if (has_supports_ && near) {
     near &= ~supports_.apart(first, second);
-    ++near_pairs_;
-    apart_pairs_ += !near;
+    ++by_supports_.tested;
+    by_supports_.apart += !near;
   }
   return near;
+}
+
+/// Removes the pairs of boxes that slabs separate.
+unsigned NearestSearch::nearBySlabs(int first, int second, unsigned pairs) {
+  const unsigned apart =
+      slabs_.apart(first, nodes1_[first].boxes, second, secondBoxes(second), pairs);
+  by_slabs_.tested += packs::countOf16(pairs);
+  by_slabs_.apart += packs::countOf16(apart);
+  has_slabs_ = by_slabs_.mayPay();
+  return pairs & ~apart;
 }
 
 /// Sets all bounds to the limit of the nearest pair, if that has changed.
@@ -118,6 +132,7 @@ void NearestSearch::setLimit() {
     key_limit_ = view_.limitOfKeys();
   }
   if (has_supports_) supports_.setLimit(nearest_.limitWithinRounding());
+  if (has_slabs_) slabs_.setLimit(limit_ * trees_.first().scale());
 }
 
 /// Moves the nearest of all open pairs to the end, with a view and supports: among many nodes at
@@ -155,8 +170,8 @@ void NearestSearch::run() {
 /// Runs the steps that are due after this many box tests. Returns whether the search may be over.
 bool NearestSearch::runDueSteps() {
   const bool may_be_over = trySteps();
-  next_step_ =
-      std::min({next_line_, next_view_, next_check_, next_alignment_, next_hulls_, next_supports_});
+  next_step_ = std::min({next_line_, next_view_, next_check_, next_alignment_, next_hulls_,
+                         next_supports_, next_slabs_});
   return may_be_over;
 }
 bool NearestSearch::trySteps() {
@@ -167,6 +182,7 @@ bool NearestSearch::trySteps() {
     return true;
   }
   if (box_tests_ >= next_alignment_) align();
+  if (box_tests_ >= next_slabs_) computeSlabs();
   if (box_tests_ >= next_hulls_ && tryLineOfHulls()) return true;
   if (box_tests_ < next_supports_ || direction_ == fcl::Vector3d::Zero()) return false;
   trySupports();
@@ -181,10 +197,20 @@ void NearestSearch::align() {
   nodes2_ = trees_.second().nodes();
   is_same_ = trees_.frame().isSame();
   turned_node_ = -1;
+  if (has_slabs_) computeSlabs();
   const double before = limit_;
   limit_ = -1;
   for (Pair& pair : open_) pair.key = 0;  // still a lower bound; their unit may have changed
   if (before >= 0) setLimit();
+}
+
+/// Computes slabs, if single precision suffices for both trees.
+void NearestSearch::computeSlabs() {
+  next_slabs_ = kNever;
+  has_slabs_ = trees_.frame().isPrecise() && !has_view_;
+  if (!has_slabs_) return;
+  slabs_.compute(trees_);
+  slabs_.setLimit(limit_ * trees_.first().scale());
 }
 
 /// Improves the line between the nearest points. Returns whether it may have changed.
@@ -272,7 +298,7 @@ void NearestSearch::trySupports() {
   }
   // With `supports_first_` this is the beginning of the search, too early for the cost of hulls.
   if (next_hulls_ != kNever && areFarApart() && !supports_first_ && tryLineOfHulls()) return;
-  near_pairs_ = apart_pairs_ = 0;
+  by_supports_ = Payoff();
   supports_.compute(trees_.first(), trees_.second(), nearest_.triangles());
   has_supports_ = true;
   next_supports_ = 2 * (box_tests_ + cost);
@@ -354,8 +380,12 @@ void NearestSearch::push(const Pair& pair, const Gaps4x4& keys, unsigned pairs) 
 
 /// Tests the pairs of triangles `pairs` of two leaves.
 void NearestSearch::testLeaves(const Pair& pair, unsigned pairs) {
-  if (isTaken(Shortcut::SinglePrecision))
+  if (isTaken(Shortcut::SinglePrecision) &&
+      (by_leaf_slabs_.mayPay() || !nearest_.areMostlyTied())) {
     pairs = blocks_.near(pair.first, pair.second, pairs, limit_ * trees_.first().scale());
+    ++by_leaf_slabs_.tested;
+    by_leaf_slabs_.apart += !pairs;
+  }
   if (!pairs) return;
   if (nearest_.areMostlyTied()) {
     pairs = nearest_.withoutTied(pairs, nodes1_[pair.first], nodes2_[pair.second]);

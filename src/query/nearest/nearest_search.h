@@ -5,6 +5,7 @@
 #include "base/leased.h"
 #include "query/nearest/line_view.h"
 #include "query/nearest/nearest_pair.h"
+#include "query/nearest/node_slabs.h"
 #include "query/nearest/supports.h"
 #include "query/pair_corners.h"
 #include "query/tree_pair.h"
@@ -146,7 +147,8 @@ class BoxGaps {
 /// depth first and the nearest child pair first. At first, pairs of nodes are bounded by the gaps
 /// of their boxes. A search that takes long buys tighter bounds, each after a number of box tests
 /// that is in proportion to its cost (runDueSteps): a better line between the nearest points,
-/// aligned trees, supports (extents of nodes along that line), for bodies far apart a LineView.
+/// aligned trees, supports (extents of nodes along that line), slabs (extents of small nodes along
+/// normals), for bodies far apart a LineView. Slabs that separate little are not used any more.
 class NearestSearch {
  public:
   /// Lowers the distance in `nearest`. `supports_first`: computes supports at once.
@@ -156,9 +158,7 @@ class NearestSearch {
   /// Searches until `nearest` has the nearest pair, or a pair near enough (NearestPair::stopAt).
   void run();
   /// Whether supports separated many pairs of nodes, as they then will in a similar search.
-  bool supportsPaid() const {
-    return has_supports_ && apart_pairs_ * kPairsPerSeparation >= near_pairs_;
-  }
+  bool supportsPaid() const { return has_supports_ && by_supports_.pays(); }
   /// How many pairs of boxes were tested.
   long boxTests() const { return box_tests_; }
 
@@ -171,6 +171,16 @@ class NearestSearch {
   struct Memory {
     std::vector<Pair> open;
     LineSeparation supports;
+    SlabSeparation slabs;
+  };
+  /// Counts what a bound was tested for, and what it separated.
+  struct Payoff {
+    long tested = 0, apart = 0;
+
+    /// Whether it separates at least one of eight.
+    bool pays() const { return 8 * apart >= tested; }
+    /// Whether it pays, or may yet do so.
+    bool mayPay() const { return tested < 256 || pays(); }
   };
 
   void setLimit();
@@ -187,6 +197,7 @@ class NearestSearch {
   bool areFarApart() const;
   void trySupports();
   bool tryLineOfHulls();
+  void computeSlabs();
   long setSupportParts();
   // The boxes i of node `first` and j of node `second` that may be nearer than the limit, as bits
   // 4 j + i, and the keys of all pairs of boxes (Pair::key).
@@ -194,6 +205,7 @@ class NearestSearch {
                                         Gaps4x4& keys);
   ADAPTIVE_BVH_INLINE unsigned nearByBoxes(int first, int second, Gaps4x4& keys);
   ADAPTIVE_BVH_INLINE unsigned nearByAll(int first, int second, Gaps4x4& keys);
+  unsigned nearBySlabs(int first, int second, unsigned pairs);
   void visit(const Pair& pair);
   void push(const Pair& pair, const Gaps4x4& keys, unsigned pairs);
   void testLeaves(const Pair& pair, unsigned pairs);
@@ -207,21 +219,24 @@ class NearestSearch {
   const Leased<Memory> memory_;
   std::vector<Pair>& open_;  ///< a stack of the pairs still to be searched
   LineSeparation& supports_;
+  SlabSeparation& slabs_;
   LeafBlocks blocks_;
   double limit_ = -1;    ///< nearest_.limit() when bounds were last set by it; -1 to set them again
   float key_limit_ = 0;  ///< pairs with this key, or a larger one, are not nearer than the limit
   fcl::Vector3d direction_ = fcl::Vector3d::Zero();  ///< of the line, in the first tree
   LineView view_;
-  bool has_view_ = false, has_supports_ = false;  ///< whether view_ and supports_ are in use
+  /// Whether view_, supports_ and slabs_ are in use.
+  bool has_view_ = false, has_supports_ = false, has_slabs_ = false;
   /// Whether the last visit added pairs. The nearest of them is the last of `open_`.
   bool has_next_ = false;
   std::size_t heap_size_ = 0;  ///< the first pairs of `open_` that form a heap (moveNearestToEnd)
   /// For each step, the number of box tests after which it is due.
-  long next_line_, next_view_, next_check_, next_hulls_, next_supports_, next_alignment_;
-  long next_step_ = 0;                            ///< the smallest of these
-  static constexpr long kPairsPerSeparation = 8;  ///< supports pay if they separate 1 of 8 pairs
-  /// Pairs of nodes with near boxes since supports were computed; those that supports separated.
-  long near_pairs_ = 0, apart_pairs_ = 0;
+  long next_line_, next_view_, next_check_, next_hulls_, next_supports_, next_alignment_,
+      next_slabs_;
+  long next_step_ = 0;  ///< the smallest of these
+  /// For pairs of nodes with near boxes since supports were computed, for pairs of boxes by slabs,
+  /// and for pairs of leaves by LeafBlocks::near.
+  Payoff by_supports_, by_slabs_, by_leaf_slabs_;
   int turned_node_ = -1;  ///< a node of the second tree
   Boxes4 turned_;         ///< its boxes in the first tree's coordinates
   long box_tests_ = 0;

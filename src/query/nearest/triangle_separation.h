@@ -7,6 +7,7 @@
 
 #include "base/rigid.h"
 #include "base/rounding.h"
+#include "base/vectors.h"
 #include "mesh/mesh_view.h"
 #include "triangles/triangle_gap.h"
 
@@ -66,6 +67,7 @@ class TriangleSeparation {
   const Point& direction() const { return line_.along1; }
   const Point* vertices1() const { return vertices1_; }
   const Point* vertices2() const { return vertices2_; }
+  const RelativePlacement& toFirst() const { return to_first_; }
 
   /// Returns how far triangle b is beyond triangle a along the line: a lower bound of their
   /// distance; may be negative. Positions are relative to the line's point on their mesh, so that
@@ -121,14 +123,16 @@ class TiedTriangles {
     for (int k = 0; k < 4; ++k) {
       if (pairs & 0x1111u << k) {
         const VertexIndices v = first(k);
-        for (std::size_t c = 0; c < 3; ++c) first_.set(c, k, triangles.first(v[c]) - origin);
+        for (std::size_t c = 0; c < 3; ++c) first_.set(c, k, triangles.first(v[c]));
       }
       if (pairs & 0xfu << 4 * k) {
         const VertexIndices v = second(k);
-        for (std::size_t c = 0; c < 3; ++c)
-          second_.set(c, k, triangles.secondInFirst(v[c]) - origin);
+        for (std::size_t c = 0; c < 3; ++c) second_.set(c, k, triangles.vertices2()[v[c]]);
       }
     }
+    first_.moveTo(origin);
+    second_.place(triangles.toFirst());
+    second_.moveTo(origin);
   }
 
   /// Returns which of `pairs` are at least `limit` > 0 apart along a direction of any length,
@@ -137,12 +141,15 @@ class TiedTriangles {
     const double length = along.norm();
     if (!(length > rounding::tiny<double>())) return 0;
     const Ranges a = first_.along(along), b = second_.along(along);
-    const double enough = limit * length;
+    const D enough = packs::all(limit * length);
     unsigned apart = 0;
-    for (int j = 0; j < 4; ++j)
-      for (int i = 0; i < 4; ++i)
-        apart |= unsigned(std::max(b.low[j] - a.high[i], a.low[i] - b.high[j]) >= enough)
-                 << (4 * j + i);
+    for (int j = 0; j < 4; ++j) {
+      const D low = packs::all(b.low[j / 2][j % 2]), high = packs::all(b.high[j / 2][j % 2]);
+      for (int half = 0; half < 2; ++half) {
+        const D gap = packs::upper<D>(low - a.high[half], a.low[half] - high);
+        apart |= packs::bitsOf2(gap >= enough) << (4 * j + 2 * half);
+      }
+    }
     return apart & pairs;
   }
   /// Returns which of `pairs` are found to be at least `limit` apart. Tries directions for the pair
@@ -160,34 +167,58 @@ class TiedTriangles {
   }
 
  private:
-  /// Projections of four triangles on a direction.
+  using D = Pack<double>;
+
+  /// Projections of four triangles on a direction: of the triangles 0 and 1, and of 2 and 3.
   struct Ranges {
-    double low[4], high[4];
+    D low[2], high[2];
   };
-  /// Corners of four triangles: x[c][k] is that of corner c of triangle k.
+  /// Corners of four triangles: corner[c][k / 2] has corner c of triangle k in its lane k % 2.
   struct Corners {
-    double x[3][4] = {}, y[3][4] = {}, z[3][4] = {};
+    Vectors<D> corner[3][2] = {};
 
     void set(std::size_t c, int k, const Point& p) {
-      x[c][k] = p[0];
-      y[c][k] = p[1];
-      z[c][k] = p[2];
+      Vectors<D>& pair = corner[c][k / 2];
+      pair.x[k % 2] = p[0];
+      pair.y[k % 2] = p[1];
+      pair.z[k % 2] = p[2];
     }
-    Point corner(int c, int k) const { return {x[c][k], y[c][k], z[c][k]}; }
-    Point normal(int k) const {
-      return (corner(1, k) - corner(0, k)).cross(corner(2, k) - corner(0, k));
+    /// Makes all corners relative to `origin`.
+    void moveTo(const Point& origin) {
+      const Vectors<D> from = all(origin);
+      for (auto& pairs : corner)
+        for (Vectors<D>& pair : pairs) pair = vectors::difference(pair, from);
     }
-    Point cornerSum(int k) const { return corner(0, k) + corner(1, k) + corner(2, k); }
+    /// Maps all corners to the first mesh's frame.
+    void place(const RelativePlacement& to_first) {
+      const Vectors<D> rows[3] = {all(to_first.R.row(0)), all(to_first.R.row(1)),
+                                  all(to_first.R.row(2))},
+                       shift = all(to_first.T);
+      for (auto& pairs : corner)
+        for (Vectors<D>& pair : pairs)
+          pair = {vectors::dot(rows[0], pair) + shift.x, vectors::dot(rows[1], pair) + shift.y,
+                  vectors::dot(rows[2], pair) + shift.z};
+    }
+    Point at(int c, int k) const {
+      const Vectors<D>& pair = corner[c][k / 2];
+      return {pair.x[k % 2], pair.y[k % 2], pair.z[k % 2]};
+    }
+    Point normal(int k) const { return (at(1, k) - at(0, k)).cross(at(2, k) - at(0, k)); }
+    Point cornerSum(int k) const { return at(0, k) + at(1, k) + at(2, k); }
     Ranges along(const Point& direction) const {
+      const Vectors<D> n = all(direction);
       Ranges ranges;
-      for (int k = 0; k < 4; ++k) {
-        double dot[3];
-        for (int c = 0; c < 3; ++c)
-          dot[c] = direction[0] * x[c][k] + direction[1] * y[c][k] + direction[2] * z[c][k];
-        ranges.low[k] = std::min(std::min(dot[0], dot[1]), dot[2]);
-        ranges.high[k] = std::max(std::max(dot[0], dot[1]), dot[2]);
+      for (int half = 0; half < 2; ++half) {
+        const D a = vectors::dot(n, corner[0][half]), b = vectors::dot(n, corner[1][half]),
+                c = vectors::dot(n, corner[2][half]);
+        ranges.low[half] = packs::lower<D>(packs::lower<D>(a, b), c);
+        ranges.high[half] = packs::upper<D>(packs::upper<D>(a, b), c);
       }
       return ranges;
+    }
+    template <typename Vector>
+    static Vectors<D> all(const Vector& v) {
+      return {packs::all(v[0]), packs::all(v[1]), packs::all(v[2])};
     }
   };
 

@@ -1,6 +1,6 @@
 // What the distance of two meshes prunes by, against the distances of the triangles in long double:
-// gaps of boxes of two trees, TriangleBlock on the corners of two leaves, and supports along a
-// line.
+// gaps of boxes of two trees, TriangleBlock on the corners of two leaves, slabs of leaves and of
+// nodes, and supports along a line.
 #include "query/nearest/nearest_search.h"
 
 #include <gtest/gtest.h>
@@ -293,6 +293,33 @@ class NearestBounds : public testing::Test {
         }
     });
   }
+  /// Expects that no pair of boxes that slabs of nodes separate is as near as the limit.
+  void expectNodeSlabsNearer(const JudgedPair& pair) {
+    const RelativeFrame& frame = pair.trees.frame();
+    if (!frame.isPrecise()) return;
+    const WideTree &tree1 = pair.trees.first(), &tree2 = pair.trees.second();
+    node_slabs_.compute(pair.trees);
+    pair.forEachPair([&](int n1, int n2) {
+      const WideNode &a = tree1.nodes()[n1], &b = tree2.nodes()[n2];
+      if (a.isLeaf() || b.isLeaf()) return;
+      const Real of =
+          pair.distance(n1, random_.below(int(a.count)), n2, random_.below(int(b.count)));
+      const double limit = double(of) * tree1.scale() * random_.size(-0.3, 0.1);
+      node_slabs_.setLimit(limit);
+      const unsigned asked = unsigned(random_.below(1 << 16)),
+                     apart = node_slabs_.apart(n1, a.boxes, n2,
+                                               frame.isSame() ? b.boxes : frame(b.boxes), asked);
+      ASSERT_EQ(apart & ~asked, 0u);
+      for (int j = 0; j < int(b.count); ++j)
+        for (int i = 0; i < int(a.count); ++i) {
+          const Real d = pair.distance(n1, i, n2, j) * Real(tree1.scale());
+          node_pairs_ += d > Real(limit) && (asked >> (4 * j + i) & 1);
+          if (!(apart >> (4 * j + i) & 1)) continue;
+          ASSERT_GT(d, Real(limit));
+          ++node_pruned_;
+        }
+    });
+  }
   /// Expects of some boxes that the largest limit at which they are separated is how far apart they
   /// are, up to the error; and of one such limit that it is right for all boxes.
   void expectLineNearer(JudgedPair& pair, const fcl::Vector3d& direction) {
@@ -342,6 +369,7 @@ class NearestBounds : public testing::Test {
     expectBlocksNearer(pair, pair.line());
     expectBlocksNearer(pair, random_.direction());
     expectSlabsNearer(pair);
+    expectNodeSlabsNearer(pair);
   }
   /// Along the line between the middles, and any.
   void expectLinesNearer(JudgedPair& pair) {
@@ -354,7 +382,8 @@ class NearestBounds : public testing::Test {
   RandomGeometry<double> random_{61};
   LineSeparation line_;
   long pairs_ = 0, pruned_ = 0, block_pairs_ = 0, block_pruned_ = 0, separated_ = 0;
-  long slab_pairs_ = 0, slab_pruned_ = 0;
+  long slab_pairs_ = 0, slab_pruned_ = 0, node_pairs_ = 0, node_pruned_ = 0;
+  adaptive_bvh::SlabSeparation node_slabs_;
 };
 
 /// Trees with coordinates of their own, side by side, and after they got common ones.
@@ -374,6 +403,7 @@ TEST_F(NearestBounds, DoNotExceedTheDistancesOfBodiesSideBySide) {
   EXPECT_GT(this->pruned_, this->pairs_ / 3) << "0 would be a lower bound, too";
   EXPECT_GT(this->block_pruned_, this->block_pairs_ / 2);
   EXPECT_GT(this->slab_pruned_, this->slab_pairs_ / 10);
+  EXPECT_GT(this->node_pruned_, this->node_pairs_ / 20);
 }
 
 /// Where single precision has hardly a digit for what two bodies are apart.
