@@ -914,7 +914,7 @@ def peer_differences(_):
         rows.append([question, peer, *(count(total[k]) for k in COUNTED)])
         rows[-1] += [number(worst) if math.isfinite(worst) else "hit or miss", where]
     header = ["", "library", *COUNTED, "theirs by at most", "wrong in %, by family"]
-    return markdown(header, rows)
+    return markdown(header, rows, names=2)
 
 
 @block("provenance")

@@ -1,7 +1,7 @@
 import meshes
 import numpy as np
 import pytest
-from brute_force import surface_distances
+from brute_force import surface_distances, winding_numbers
 
 import adaptive_bvh as ab
 
@@ -96,6 +96,22 @@ def test_signs_and_winding_numbers_of_points(ball):
         ab.vertex_contacts(mesh, mesh, -1)
     with pytest.raises(ValueError, match="not finite"):
         ab.winding_numbers(mesh, [[0, np.nan, 0]])
+
+
+def test_winding_numbers_where_rays_lie_in_planes(kind):
+    """Of triangles in the plane y = z: rays along x meet their edges, but not the triangles."""
+    random = np.random.default_rng(54)
+    faces = np.arange(9).reshape(3, 3)
+    for _ in range(100):
+        vertices = random.integers(-3, 4, (9, 3)).astype(float)
+        points = random.integers(-4, 5, (20, 3)).astype(float)
+        for x in vertices, points:
+            in_plane = random.integers(0, 4, len(x)) > 0
+            x[in_plane, 2] = x[in_plane, 1]
+        mesh = ab.DeformableMesh(vertices, faces, **kind)
+        points = points[ab.closest_points(mesh, points).distances > 1e-3]
+        expected = winding_numbers(points, vertices, faces)
+        np.testing.assert_allclose(ab.winding_numbers(mesh, points), expected, atol=1e-6)
 
 
 def test_signed_distance_of_two_bodies(ball, tolerance):

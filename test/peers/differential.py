@@ -357,10 +357,15 @@ class Report:
 
     def __init__(self, csv_path: str, json_path: str):
         self.csv_path, self.json_path = csv_path, json_path
-        self.before, self.rows, self.kept = [], {}, {}
+        self.before: list[dict] = []
+        self.rows: dict[str, dict] = {}
+        self.kept: dict[str, list] = {}
         if csv_path and os.path.exists(csv_path):
-            with open(csv_path, newline="") as file:
-                self.before = list(csv.DictReader(file))
+            self.add(csv_path)
+
+    def add(self, path: str) -> None:
+        with open(path, newline="") as file:
+            self.before += csv.DictReader(file)
 
     def save(self, question: str, compared: list[Comparison]) -> None:
         counts: dict[tuple, Count] = defaultdict(Count)
@@ -374,9 +379,9 @@ class Report:
         with open(self.json_path, "w") as file:
             json.dump([each for kept in self.kept.values() for each in kept], file, indent=1)
         if self.csv_path:
-            self._write_csv()
+            self.write_csv()
 
-    def _write_csv(self) -> None:
+    def write_csv(self) -> None:
         total: dict[tuple, Count] = defaultdict(Count)
         rows = [c.row(*key) for counts in self.rows.values() for key, c in counts.items()]
         for row in self.before + rows:
@@ -384,7 +389,7 @@ class Report:
         with open(self.csv_path, "w", newline="") as file:
             writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
             writer.writeheader()
-            writer.writerows(count.row(*key) for key, count in total.items())
+            writer.writerows(total[key].row(*key) for key in sorted(total, key=_place))
 
     def show(self, question: str) -> None:
         """Prints the rows of families with differences, and who had none."""
@@ -400,6 +405,13 @@ class Report:
             print(form.format(*count.row(question, peer, "all").values()).rstrip(), flush=True)
 
 
+def _place(key: tuple) -> tuple:
+    question, peer, family = key
+    name = peer.split(" (")[0]
+    order = [*PEERS, "judge"].index(name)
+    return list(KINDS).index(question), order, peer, cases.FAMILIES.index(family)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cases", type=int, default=1800, help="cases of each question")
@@ -407,14 +419,20 @@ def main() -> None:
     parser.add_argument("--peers", nargs="*", default=[*PEERS, "judge"])
     parser.add_argument("--questions", nargs="*", default=list(KINDS))
     parser.add_argument("--csv", default="", help="counts are added to this file")
+    parser.add_argument("--add", nargs="*", help="adds these files to that of --csv, and ends")
     parser.add_argument("--json", default="differences.json")
     parser.add_argument("--replay", help="a JSON file of inputs: prints what each peer answers")
     options = parser.parse_args()
+    report = Report(options.csv, options.json)
+    if options.add:
+        for path in options.add:
+            report.add(path)
+        report.write_csv()
+        return
     workers = start(options.peers, 1, spread=True)
     if options.replay:
         replay(workers, options.replay)
     else:
-        report = Report(options.csv, options.json)
         for question in options.questions:
             each = answers_in(question)
             last = options.first + options.cases

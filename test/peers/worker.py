@@ -174,7 +174,7 @@ class Worker:
             del os.environ[name]
         child.close()
         try:
-            self.about = self._receive(180)
+            self.about = self._receive(self.patience)
         except Crash as crash:
             self.about = {"failed": str(crash)}
 

@@ -115,7 +115,7 @@ struct ConeFrame {
 constexpr std::size_t kBlock = BoundaryKernel<Pack<double>>::kBlock,
                       kStep = BoundaryKernel<Pack<double>>::kStep;
 constexpr double kFullTurn = 6.283185307179586;
-/// A greatest error of half the solid angle of an edge, 2^-30 after many tries, four times.
+/// Twice the greatest error of half the solid angle of an edge at the ray: 2^-29 after many tries.
 constexpr double kNearRay = 0x1p-28;
 
 }  // namespace
