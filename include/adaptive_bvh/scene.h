@@ -200,6 +200,11 @@ struct SceneImpact {
   bool happens() const { return impact.happens(); }
 };
 
+namespace detail {
+template <typename S>
+struct SceneAccess;
+}
+
 /// Bodies and their queries; \ref scene.h describes currency, order, frames, errors and threads.
 template <typename S>
 class Scene {
@@ -342,6 +347,7 @@ class Scene {
   }
 
  private:
+  friend struct detail::SceneAccess<S>;
   struct State;
   std::unique_ptr<State> state_;
 };

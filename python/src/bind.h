@@ -20,6 +20,7 @@ void bindPenetration(pybind11::module_& module);     ///< vertex_contacts, signe
 void bindDerivatives(pybind11::module_& module);     ///< distance_derivatives
 void bindInside(pybind11::module_& module);          ///< signed_distances, is_watertight, ...
 void bindContactRegions(pybind11::module_& module);  ///< contact_regions, ContactTracker
+void bindContactSet(pybind11::module_& module);      ///< ContactSet
 void bindContinuous(pybind11::module_& module);      ///< Motion, candidates, earliest_impact, ...
 void bindTrustRegion(pybind11::module_& module);     ///< TrustRegion
 void bindScene(pybind11::module_& module);           ///< Scene

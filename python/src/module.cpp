@@ -41,6 +41,7 @@ PYBIND11_MODULE(_core, module) {
   bindContinuous(module);
   bindTrustRegion(module);
   bindScene(module);
+  bindContactSet(module);
   bindMeshes(module);
 #ifdef ADAPTIVE_BVH_PYTHON_RECORDING
   bindRecording(module);

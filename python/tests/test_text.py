@@ -20,6 +20,8 @@ def everything():
     details = ab.feature_pair_details(a, b, features, None, tf)
     derivatives = ab.distance_derivatives(a, b, features, details, None, tf)
     regions = ab.contact_regions(a, b, None, tf)
+    near = ab.ContactSet(a, b, 0.1)
+    near.update(None, tf)
     motion = [ab.Motion(m, m.vertices, m.vertices + s) for m, s in ((a, 0), (b, 5))]
     region = ab.TrustRegion(a, 1.0)
     region.begin(vertices)
@@ -46,6 +48,8 @@ def everything():
         ab.earliest_impact(*motion),
         ab.times_of_impact(*motion, features),
         region.truncate(vertices)[1],
+        near.triangles,
+        near.compact(),
         scene.collisions(),
         scene.pairs_within(0.1),
         scene.feature_pairs_within(0.1),
@@ -71,7 +75,7 @@ def test_every_result_shows_its_values():
                 assert member + "=" in text, (name, member)
     others = {"Box", "Sphere", "Ellipsoid", "Capsule", "Cylinder", "Cone", "Plane", "Halfspace",
               "Shape", "DeformableMesh", "Scene", "Motion", "Recording", "MeshLoadError",
-              "CoherentDistance", "CoherentProximity", "ContactTracker", "TrustRegion"}
+              "CoherentDistance", "CoherentProximity", "ContactSet", "ContactTracker", "TrustRegion"}
     classes = {n for n in ab.__all__ if isinstance(getattr(ab, n), type)}
     assert seen == classes - others
 

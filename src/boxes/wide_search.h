@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <type_traits>
 #include <vector>
 
@@ -71,6 +72,11 @@ class BoxFrame {
   Float4 growth_;
 };
 
+/// Nodes of two trees, by number: those whose mark is not 0. Null for all nodes.
+struct MarkedNodes {
+  const std::uint8_t *first = nullptr, *second = nullptr;
+};
+
 /// The input of a search: two trees, or one tree with itself.
 struct WideTrees {
   const WideNode *first, *second;  ///< the roots
@@ -79,6 +85,9 @@ struct WideTrees {
   bool is_self = false;
   /// For one tree with itself: inner nodes below which no pairs need to be found; or null.
   const FlatPatches* flat = nullptr;
+  /// Only pairs of nodes of which at least one is marked are searched. With a node, all nodes above
+  /// it must be marked.
+  MarkedNodes marked = {};
 };
 
 /// Two leaves with triangles whose boxes overlap, or a leaf with itself: bit 4 j + i of `pairs` for

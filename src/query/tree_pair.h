@@ -230,6 +230,7 @@ struct PairInput {
   const NeighbourFilter filter = NeighbourFilter::None;
   const double distance;              ///< in the meshes' unit
   const FlatPatches* flat = nullptr;  ///< for one mesh: nodes without pairs; or null
+  MarkedNodes marked = {};            ///< the nodes to search (WideTrees)
 
   /// Returns the input of WideSearch. `frame`: SameFrame or RelativeFrame, which must outlive it.
   template <typename Frame>
@@ -239,7 +240,8 @@ struct PairInput {
             tree1.depth() + tree2.depth(),
             BoxFrame(frame.change(), distance * tree1.scale()),
             &first == &second,
-            flat};
+            flat,
+            marked};
   }
   /// Returns the corners, in the first mesh's frame, of a triangle of the first or of the second
   /// mesh. `leaf_index`: its index in the order of the leaves of its tree.

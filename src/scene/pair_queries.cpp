@@ -101,14 +101,6 @@ void queryPairs(int threads, const std::vector<BodyPair>& pairs, const Query& qu
   }
 }
 
-/// Inserts pairs (i, i) of the bodies with self_collision into sorted pairs of indices.
-void addSelfPairs(const std::vector<Body>& bodies, std::vector<BodyPair>& pairs) {
-  const std::size_t before = pairs.size();
-  for (unsigned i = 0; i < bodies.size(); ++i)
-    if (bodies[i].options.self_collision) pairs.push_back({i, i});
-  std::inplace_merge(pairs.begin(), pairs.begin() + std::ptrdiff_t(before), pairs.end());
-}
-
 /// A body of a query for contacts, and the object to which contacts point.
 struct CollidingBody {
   explicit CollidingBody(const Body& b) : body(b), object(b.geometry.reported()) {}
@@ -222,7 +214,7 @@ void SceneState::collisions(const SceneCollisionRequest& request,
   requireCurrent();
   const Leased<std::vector<BodyPair>> pairs;
   findPairs(0, 0, *pairs);
-  addSelfPairs(bodies, *pairs);
+  addSelfPairs(*pairs);
   collect(
       bodies, threads, *pairs,
       [&](const Body& a, const Body& b, ContactList& found) {
@@ -236,7 +228,7 @@ void SceneState::pairsWithin(const ProximityRequest<double>& request,
   requireCurrent();
   const Leased<std::vector<BodyPair>> pairs;
   findPairs(request.distance, 2, *pairs);
-  addSelfPairs(bodies, *pairs);
+  addSelfPairs(*pairs);
   const auto query = [&](const Body& a, const Body& b, TrianglePairs<double>& near) {
     if (&a != &b) return findPairsWithin({a.placedMesh(), b.placedMesh()}, request, near);
     findPairsWithin(a.inBodyFrame(), request, NeighbourFilter::SharedVertex, near);
@@ -250,7 +242,7 @@ void SceneState::featurePairsWithin(double distance, SceneFeaturePairs& result) 
   requireCurrent();
   const Leased<std::vector<BodyPair>> pairs;
   findPairs(distance, 2, *pairs);
-  addSelfPairs(bodies, *pairs);
+  addSelfPairs(*pairs);
   FeatureProximityRequest<double> request;
   request.distance = distance;
   const auto query = [&](const Body& a, const Body& b, FeaturePairs& near) {

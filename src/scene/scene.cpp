@@ -59,6 +59,11 @@ const fcl::Vector3d* inDouble(const fcl::Vector3f* points, std::size_t count,
 }  // namespace
 
 template <typename S>
+const SceneState& detail::SceneAccess<S>::state(const Scene<S>& scene) {
+  return scene.state_->scene;
+}
+
+template <typename S>
 Scene<S>::Scene() : state_(std::make_unique<State>()) {}
 template <typename S>
 Scene<S>::~Scene() = default;
@@ -94,6 +99,7 @@ BodyId Scene<S>::add(const Geometry& geometry, const Transform& tf, const BodyOp
     throw;
   }
   scene.is_current = false;
+  scene.setChanged();
   return scene.next_id++;
 }
 
@@ -105,6 +111,7 @@ void Scene<S>::remove(BodyId body) {
   state_->given.erase(state_->given.begin() + index);
   scene.forget(body);
   scene.is_current = false;
+  scene.setChanged();
 }
 
 template <typename S>
@@ -116,6 +123,7 @@ void Scene<S>::setTransform(BodyId body, const Transform& tf) {
   changed.tf = tf.template cast<double>();
   changed.has_current_bounds = false;
   state_->scene.is_current = false;
+  state_->scene.setChanged();
 }
 
 template <typename S>
@@ -123,6 +131,7 @@ void Scene<S>::setOptions(BodyId body, const BodyOptions& options) {
   Body& changed = state_->scene.bodies[state_->scene.indexOf(body)];
   requireOptions(changed.geometry, options);
   changed.options = options;
+  state_->scene.setChanged();
 }
 
 template <typename S>
@@ -189,6 +198,7 @@ void Scene<S>::ignoreNeighbours(const std::vector<BodyId>& chain) {
 template <typename S>
 void Scene<S>::setFilter(const Filter& filter) {
   state_->scene.filter = filter;
+  state_->scene.setChanged();
 }
 
 // ---- Steps
@@ -317,5 +327,7 @@ SceneImpact Scene<S>::earliestImpact(double separation) const {
 
 template class Scene<float>;
 template class Scene<double>;
+template struct detail::SceneAccess<float>;
+template struct detail::SceneAccess<double>;
 
 }  // namespace adaptive_bvh

@@ -1,6 +1,7 @@
 #include "scene/scene_state.h"
 
 #include <algorithm>
+#include <atomic>
 #include <stdexcept>
 #include <string>
 
@@ -46,7 +47,17 @@ void SceneState::requireCurrent() const {
 /// With fewer bodies, one thread is faster than several.
 constexpr std::size_t kParallelBodies = 64;
 
+void SceneState::setChanged() {
+  static std::atomic<std::uint64_t> last{0};
+  version = last.fetch_add(1, std::memory_order_relaxed) + 1;
+}
+
 void SceneState::update() {
+  for (const Body& body : bodies)
+    if (body.isMesh() && body.mesh().version != body.mesh_version) {
+      setChanged();
+      break;
+    }
   const TaskPool pool(bodies.size() >= kParallelBodies ? threads : 1);
   is_current = false;  // stays false if std::bad_alloc is thrown below
   in_tree.clear();
@@ -76,6 +87,7 @@ void SceneState::ignore(BodyId first, BodyId second) {
   const BodyPair pair = sorted(first, second);
   const auto place = std::lower_bound(ignored.begin(), ignored.end(), pair);
   if (place == ignored.end() || *place != pair) ignored.insert(place, pair);
+  setChanged();
 }
 void SceneState::unignore(BodyId first, BodyId second) {
   indexOf(first);
@@ -83,6 +95,7 @@ void SceneState::unignore(BodyId first, BodyId second) {
   const BodyPair pair = sorted(first, second);
   const auto place = std::lower_bound(ignored.begin(), ignored.end(), pair);
   if (place != ignored.end() && *place == pair) ignored.erase(place);
+  setChanged();
 }
 void SceneState::ignoreNeighbours(const std::vector<BodyId>& chain) {
   for (const BodyId body : chain) indexOf(body);
@@ -121,6 +134,13 @@ void SceneState::findPairs(double distance, int meshes, std::vector<BodyPair>& p
       if (b < a) add(a, b);
   }
   std::sort(pairs.begin(), pairs.end());
+}
+
+void SceneState::addSelfPairs(std::vector<BodyPair>& pairs) const {
+  const std::size_t before = pairs.size();
+  for (unsigned i = 0; i < bodies.size(); ++i)
+    if (bodies[i].options.self_collision) pairs.push_back({i, i});
+  std::inplace_merge(pairs.begin(), pairs.begin() + std::ptrdiff_t(before), pairs.end());
 }
 
 }  // namespace adaptive_bvh

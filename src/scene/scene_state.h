@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "scene/body_tree.h"
@@ -23,6 +24,9 @@ struct SceneState {
   std::vector<BodyPair> ignored;  ///< sorted; each has the smaller id first
   Filter filter;
   int threads = 1;
+  /// Identifies the bodies, their options and transforms and which pairs count, among those of all
+  /// scenes; and after an update their geometry.
+  std::uint64_t version = 0;
 
   // State of the last update. Bodies are identified by their index in `bodies`.
   bool is_current = true;
@@ -37,7 +41,8 @@ struct SceneState {
   bool contains(BodyId id) const;
   /// Throws std::logic_error if bodies, transforms or meshes have changed since the last update.
   void requireCurrent() const;
-  void update();  ///< computes the bounds of all bodies, and the tree
+  void update();      ///< computes the bounds of all bodies, and the tree
+  void setChanged();  ///< gives the state a new version
 
   // ---- Which pairs count
 
@@ -66,6 +71,8 @@ struct SceneState {
   /// Finds the admitted pairs of bodies with at least `meshes` meshes whose bounds are at most
   /// `distance` apart, as sorted pairs of indices.
   void findPairs(double distance, int meshes, std::vector<BodyPair>& pairs) const;
+  /// Inserts pairs (i, i) of the bodies with self_collision into sorted pairs of indices.
+  void addSelfPairs(std::vector<BodyPair>& pairs) const;
 
   // ---- Queries
 
@@ -88,5 +95,15 @@ struct SceneState {
  private:
   std::vector<Body>::const_iterator find(BodyId id) const;
 };
+
+namespace detail {
+
+/// Gives the library access to the private data of a scene.
+template <typename S>
+struct SceneAccess {
+  static const SceneState& state(const Scene<S>& scene);
+};
+
+}  // namespace detail
 
 }  // namespace adaptive_bvh

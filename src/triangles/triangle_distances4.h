@@ -12,6 +12,11 @@ struct Nearness4 {
   unsigned near = 0, apart = 0;
 };
 
+/// Bounds of the distances of four pairs of triangles.
+struct DistanceBounds4 {
+  Float4 lower, upper;
+};
+
 /// Decides in single precision whether four pairs of triangles p and q are nearer than a limit.
 ///
 /// The distance of two points, one of each triangle, is an upper bound of their distance; the gap
@@ -72,6 +77,19 @@ class TriangleDistances4 {
     considerFaces(nearest, p_, q_, 1);
     considerFaces(nearest, q_, p_, -1);
     return {isNear(nearest.squared, limit), by_edges.apart | apart(nearest, limit)};
+  }
+
+  /// Bounds the distances by the nearest points of edges and faces. Both bounds are the distance, up
+  /// to rounding, except for triangles that intersect.
+  DistanceBounds4 bounds() const {
+    Nearest nearest;
+    considerEdges(nearest);
+    const DistanceBounds4 by_edges = boundsAlong(nearest);
+    if (!packs::any(by_edges.upper - by_edges.lower > float4::all(4) * margin_)) return by_edges;
+    considerFaces(nearest, p_, q_, 1);
+    considerFaces(nearest, q_, p_, -1);
+    const DistanceBounds4 by_all = boundsAlong(nearest);
+    return {float4::upper<Float4>(by_edges.lower, by_all.lower), by_all.upper};
   }
 
  private:
@@ -163,15 +181,25 @@ class TriangleDistances4 {
     const Float4 within = float4::upper<Float4>(float4::all(limit) - margin_, float4::all(0));
     return float4::bits(squared * float4::all(1 + kSquares) < within * within);
   }
-  /// A bit for each pair whose gap along the line certainly exceeds the limit.
-  ADAPTIVE_BVH_INLINE unsigned apart(const Nearest& line, float limit) const {
+  /// The gap along a line, times its length; 0 if there is none.
+  ADAPTIVE_BVH_INLINE Float4 gapAlong(const Nearest& line) const {
     using float4::lower;
     using float4::upper;
     const auto along = [&](const Vector4x3& x) { return vectors::dot(line.vector, x); };
     const Float4 high = upper<Float4>(upper<Float4>(along(p_[0]), along(p_[1])), along(p_[2])),
                  low = lower<Float4>(lower<Float4>(along(q_[0]), along(q_[1])), along(q_[2]));
-    const Float4 gap = upper<Float4>(low - high, float4::all(0)),
-                 farther = float4::all(limit) + margin_;
+    return upper<Float4>(low - high, float4::all(0));
+  }
+  /// Bounds of the distances by the nearest points found, and by the gap along their line.
+  ADAPTIVE_BVH_INLINE DistanceBounds4 boundsAlong(const Nearest& nearest) const {
+    const Float4 length = float4::squareRoot(nearest.squared) * float4::all(1 + kSquares);
+    const Float4 gap = gapAlong(nearest) / float4::upper<Float4>(length, float4::all(kLeast));
+    return {nearest.squared > float4::all(kLeastLine) ? gap - margin_ : float4::all(0),
+            length + margin_};
+  }
+  /// A bit for each pair whose gap along the line certainly exceeds the limit.
+  ADAPTIVE_BVH_INLINE unsigned apart(const Nearest& line, float limit) const {
+    const Float4 gap = gapAlong(line), farther = float4::all(limit) + margin_;
     return float4::bits(
         (gap * gap > line.squared * float4::all(1 + kSquares) * (farther * farther)) &
         (line.squared > float4::all(kLeastLine)));

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -129,6 +130,58 @@ TEST(WideSearch, FindsWhatOverlaps) {
       }
   }
   EXPECT_GT(seen, 1000u);
+}
+
+/// Marks some leaves and all nodes above them; `triangles`: whether each is in such a leaf.
+std::vector<std::uint8_t> markSome(const WideTree& tree, RandomGeometry<double>& random,
+                                   std::vector<bool>& triangles) {
+  std::vector<std::uint8_t> marks(std::size_t(tree.size()), 0);
+  for (int n = tree.size(); n-- > 0;) {
+    const adaptive_bvh::WideNode& node = tree.nodes()[n];
+    std::uint8_t& mark = marks[std::size_t(n)];
+    if (node.isLeaf()) mark = random.oneIn(8);
+    for (int i = 0; i < node.count; ++i) {
+      if (!node.isLeaf()) mark |= marks[std::size_t(node.below[i])];
+      if (!node.isLeaf()) continue;
+      triangles.resize(std::max(triangles.size(), std::size_t(node.first + i + 1)));
+      triangles[std::size_t(node.first + i)] = mark != 0;
+    }
+  }
+  return marks;
+}
+
+TEST(WideSearch, FindsPairsOfMarkedNodes) {
+  RandomGeometry<double> random(63);
+  std::size_t seen = 0;
+  for (const int triangles : {2, 17, 300})
+    for (const bool is_self : {false, true}) {
+      const Soup a(triangles, random), other(triangles + 3, random);
+      const Soup& b = is_self ? a : other;
+      std::vector<bool> first, second;
+      const auto marks1 = markSome(a.tree, random, first);
+      const auto marks2 = is_self ? marks1 : markSome(b.tree, random, second);
+      if (is_self) second = first;
+      const BoxFrame frame(nullptr, 0.05);
+      const NodePair root{0, 0};
+      WideSearch search({a.tree.nodes(), b.tree.nodes(), a.tree.depth() + b.tree.depth(), frame,
+                         is_self, nullptr, {marks1.data(), marks2.data()}});
+      std::vector<NodePair> below{root};
+      for (const bool splits : {false, true}) {
+        if (splits) search.split(below, 20, adaptive_bvh::TaskPool(1));
+        Listing listing;
+        search.run({below.data(), below.data() + below.size()}, listing);
+        Pairs found = listing.pairs, expected;
+        for (auto& pair : found)
+          if (is_self && pair.first > pair.second) std::swap(pair.first, pair.second);
+        std::sort(found.begin(), found.end());
+        for (const auto& pair : overlapping(a, b, frame))
+          if (first[std::size_t(pair.first)] || second[std::size_t(pair.second)])
+            expected.push_back(pair);
+        EXPECT_EQ(expected, found);
+        seen += found.size();
+      }
+    }
+  EXPECT_GT(seen, 100u);
 }
 
 }  // namespace wide_search_test

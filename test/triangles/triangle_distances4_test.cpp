@@ -60,5 +60,34 @@ TEST_F(Distances4, SaysOnlyWhatIsSo) {
   EXPECT_GT(double(by_corners), 0.4 * double(pairs));
 }
 
+TEST_F(Distances4, BoundsEncloseTheDistance) {
+  long narrow = 0, apart = 0;
+  for (int i = 0; i < manySteps(10000); ++i) {
+    const double size = random_.size(-3, 0), error = random_.oneIn(2) ? 0 : random_.size(-7, -4);
+    Vector4x3 p4[3], q4[3];
+    Real distances[4];
+    for (int lane = 0; lane < 4; ++lane) {
+      const Eigen::Vector3d place = random_.point();
+      const PlainTriangle p = anyTriangle(random_, place, size),
+                          q = anyTriangle(
+                              random_, place + random_.point() * size * random_.size(-1, 1), size);
+      setLane(p4, lane, p, error, random_);
+      setLane(q4, lane, q, error, random_);
+      distances[lane] = exact::distance(exactly(p), exactly(q));
+    }
+    const auto bounds = TriangleDistances4(TriangleDistances4::Seen(p4), q4,
+                                           static_cast<float>(error + kLaneRounding))
+                            .bounds();
+    for (int lane = 0; lane < 4; ++lane) {
+      EXPECT_LE(bounds.lower[lane], distances[lane]);
+      EXPECT_GE(bounds.upper[lane], distances[lane]);
+      apart += distances[lane] > 0;
+      narrow += distances[lane] > 0 && double(bounds.upper[lane] - bounds.lower[lane]) <
+                                           32 * error + 1e-4 * (size + double(distances[lane]));
+    }
+  }
+  EXPECT_GT(double(narrow), 0.9 * double(apart));
+}
+
 }  // namespace triangle_distances4_test
 }  // namespace adaptive_bvh_test

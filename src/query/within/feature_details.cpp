@@ -7,6 +7,7 @@
 #include "query/points/point_search.h"
 #include "query/points/surface_normals.h"
 #include "query/single_precision.h"
+#include "query/within/near_pairs.h"
 #include "query/within/required_features.h"
 #include "triangles/feature_distance.h"
 #include "triangles/triangle_gap.h"
@@ -160,10 +161,18 @@ void writeDetails(int threads, const fcl::Transform3d& tf, const std::vector<Fea
   });
 }
 
-/// The same for pairs of all kinds; throws unless all exist. `to_first`: from the second's frame.
-void writeDetails(const PlacedMesh& first, const MeshState& second,
-                  const RelativePlacement& to_first, const FeaturePairs& pairs,
-                  FeaturePairDetails<double>& result) {
+}  // namespace
+
+void requireFeatures(const FeaturePairs& pairs, const MeshState& first, const MeshState& second) {
+  const FeatureCounts one = countsOf(first), other = countsOf(second);
+  requireExist(pairs.vertex_face, "vertex_face", one.vertices, other.triangles);
+  requireExist(pairs.face_vertex, "face_vertex", one.triangles, other.vertices);
+  requireExist(pairs.edge_edge, "edge_edge", one.edges, other.edges);
+}
+
+void findFeatureDetails(const PlacedMesh& first, const MeshState& second,
+                        const RelativePlacement& to_first, const FeaturePairs& pairs,
+                        FeaturePairDetails<double>& result) {
   requireFeatures(pairs, first.mesh, second);
   const MeshFeatures a(first.mesh, RelativePlacement()), b(second, to_first);
   const int threads = std::max(first.mesh.query_threads, second.query_threads);
@@ -183,15 +192,6 @@ void writeDetails(const PlacedMesh& first, const MeshState& second,
       result.edge_edge);
 }
 
-}  // namespace
-
-void requireFeatures(const FeaturePairs& pairs, const MeshState& first, const MeshState& second) {
-  const FeatureCounts one = countsOf(first), other = countsOf(second);
-  requireExist(pairs.vertex_face, "vertex_face", one.vertices, other.triangles);
-  requireExist(pairs.face_vertex, "face_vertex", one.triangles, other.vertices);
-  requireExist(pairs.edge_edge, "edge_edge", one.edges, other.edges);
-}
-
 template <typename S>
 void featurePairDetails(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                         const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
@@ -200,7 +200,7 @@ void featurePairDetails(const DeformableMesh<S>& first, const fcl::Transform3<S>
   requireRigid(tf2);
   const PlacedMesh one(first, tf1), two(second, tf2);
   answerInDouble(result, [&](FeaturePairDetails<double>& details) {
-    writeDetails(one, two.mesh, RelativePlacement(one.tf, two.tf), pairs, details);
+    findFeatureDetails(one, two.mesh, RelativePlacement(one.tf, two.tf), pairs, details);
   });
 }
 
@@ -209,7 +209,7 @@ void featurePairDetails(const DeformableMesh<S>& mesh, const FeaturePairs& pairs
                         FeaturePairDetails<S>& result) {
   const PlacedMesh in_own_frame(mesh, fcl::Transform3<S>(fcl::Transform3<S>::Identity()));
   answerInDouble(result, [&](FeaturePairDetails<double>& details) {
-    writeDetails(in_own_frame, in_own_frame.mesh, RelativePlacement(), pairs, details);
+    findFeatureDetails(in_own_frame, in_own_frame.mesh, RelativePlacement(), pairs, details);
   });
 }
 

@@ -20,7 +20,7 @@ namespace adaptive_bvh {
 /// A sink of WithinTests that keeps the first near pair.
 struct AnyPair {
   static constexpr int kBatch = 128;
-  static constexpr bool kStopsAtFirst = true;
+  static constexpr bool kStopsAtFirst = true, kTakesUndecided = false;
 
   bool found = false;
   LeafIndexPair pair{0, 0};
@@ -39,7 +39,7 @@ class PairSink {
  public:
   using Result = TrianglePairs<double>;
   static constexpr int kBatch = 256;
-  static constexpr bool kStopsAtFirst = false;
+  static constexpr bool kStopsAtFirst = false, kTakesUndecided = false;
 
   /// `is_self`: the pairs of one mesh; the smaller index comes first.
   PairSink(const PairInput& input, const ProximityRequest<double>& request, bool is_self,

@@ -3,42 +3,36 @@
 
 #include "adaptive_bvh/feature_pairs.h"
 #include "adaptive_bvh/proximity.h"
-#include "base/shortcut.h"
-#include "boxes/flat_patches.h"
-#include "mesh/feature_owners.h"
 #include "query/closed_surface.h"
 #include "query/depth/depth_meshes.h"
 #include "query/single_precision.h"
 #include "query/tree_pair.h"
 #include "query/triangle_search.h"
+#include "query/within/collect_pairs.h"
+#include "query/within/feature_tests.h"
 #include "query/within/found_parts.h"
 #include "query/within/near_pairs.h"
 #include "query/within/near_search.h"
 #include "query/within/within_tests.h"
-#include "triangles/feature_distance.h"
-#include "triangles/triangle_intersection.h"
 
 // The queries of proximity.h for pairs: pairsWithin, featurePairsWithin and isNearer.
 namespace adaptive_bvh {
 namespace {
 
-/// A sink of WithinTests that writes the near features of near triangles into a result: those that
-/// the triangles own (FeatureOwners), so each pair of features occurs once.
+/// A sink of WithinTests that writes the near features of near triangles into a result.
 class FeatureSink {
  public:
   using Result = FeaturePairs;
   static constexpr int kBatch = 256;
-  static constexpr bool kStopsAtFirst = false;
+  static constexpr bool kStopsAtFirst = false, kTakesUndecided = false;
 
   /// `is_self`: one mesh with itself; features with a vertex in common are left out.
   FeatureSink(const PairInput& input, const FeatureProximityRequest<double>& request, bool is_self,
               Result& result)
       : in_(input),
         request_(request),
-        owners1_(input.first.mesh.topology->owners),
-        owners2_(input.second.mesh.topology->owners),
+        tests_(input.distance, radiusOf(input.first) + radiusOf(input.second), is_self),
         is_self_(is_self),
-        rounding_(kRounding * (sizeOf(input.first) + sizeOf(input.second))),
         result_(result) {}
 
   static bool needsGap() { return false; }
@@ -47,21 +41,14 @@ class FeatureSink {
 
   /// Adds the near pairs of features of two near triangles.
   void add(const LeafIndexPair& pair, const TriangleGap*) {
-    const Triangle a{in_.tree1.corners(pair.first), owners1_[pair.first],
-                     in_.pointsOfFirst(pair.first)};
-    const Triangle b{in_.tree2.corners(pair.second), owners2_[pair.second],
-                     in_.pointsOfSecond(pair.second)};
-    const auto addVertexFace = [&](unsigned v, unsigned t) {
-      append(v, t, request_.vertex_face, result_.vertex_face);
-    };
-    addVertices(a, b, addVertexFace);
-    addVertices(b, a, [&](unsigned v, unsigned t) {
-      if (is_self_)
-        addVertexFace(v, t);
-      else
-        append(t, v, request_.face_vertex, result_.face_vertex);
+    const FeatureTests::Triangle a{in_.tree1.corners(pair.first),
+                                   in_.first.mesh.topology->owners[pair.first],
+                                   in_.pointsOfFirst(pair.first)},
+        b{in_.tree2.corners(pair.second), in_.second.mesh.topology->owners[pair.second],
+          in_.pointsOfSecond(pair.second)};
+    tests_.forEach(a, b, [&](unsigned number, double, bool is_near) {
+      if (is_near) append(tests_.pair(number, a.owner, a.vertices, b.owner, b.vertices));
     });
-    addEdges(a, b);
   }
 
   /// Returns a sink for another thread, which writes to another result (searchAll).
@@ -77,103 +64,28 @@ class FeatureSink {
   }
 
  private:
-  /// A triangle of a near pair.
-  struct Triangle {
-    const Int4& vertices;           ///< the indices of its vertices
-    const FeatureOwner& owner;      ///< its own index, and the features that it owns
-    TrianglePoints<double> points;  ///< its corners in the first mesh's frame
-  };
-
-  static void append(unsigned first, unsigned second, const IgnoredPairs& ignored,
-                     std::vector<FeaturePair>& pairs) {
-    if (!isIgnored(ignored, first, second)) appendPair(first, second, pairs);
-  }
-  static double sizeOf(const PlacedMesh& mesh) { return mesh.bounds().aabb_radius; }
-  /// Whether two features are near, given their computed distance. touches(): exact test whether
-  /// they have a common point, called if rounding could hide that.
-  template <typename Touches>
-  bool isNear(double distance, const Touches& touches) const {
-    if (distance > rounding_) return distance <= in_.distance;
-    return (in_.distance > 0 && distance <= in_.distance) || touches();
-  }
-  bool areSame(int vertex1, int vertex2) const { return is_self_ && vertex1 == vertex2; }
-
-  /// Calls add(vertex, triangle) for the vertices that `owner` owns and that are near the face.
-  template <typename Add>
-  void addVertices(const Triangle& owner, const Triangle& face, const Add& add) const {
-    for (unsigned k = 0; k < 3; ++k) {
-      const int v = owner.vertices[k];
-      if (!owner.owner.ownsVertex(k) || areSame(v, face.vertices[0]) ||
-          areSame(v, face.vertices[1]) || areSame(v, face.vertices[2]))
-        continue;
-      const fcl::Vector3d& x = owner.points[k];
-      const auto touches = [&] { return touch({x, x, x}, face.points); };
-      if (isNear(vertexFaceDistance<double>(x, face.points).distance, touches))
-        add(static_cast<unsigned>(v), face.owner.triangle);
+  void append(const FeatureTests::Pair& pair) {
+    switch (pair.kind) {
+      case FeatureKind::VertexFace:
+        return append(pair.features, request_.vertex_face, result_.vertex_face);
+      case FeatureKind::FaceVertex:
+        return append(pair.features, request_.face_vertex, result_.face_vertex);
+      case FeatureKind::EdgeEdge:
+        return append(pair.features, request_.edge_edge, result_.edge_edge);
     }
   }
-  /// Adds the near pairs of edges that the two triangles own.
-  void addEdges(const Triangle& a, const Triangle& b) const {
-    for (unsigned i = 0; i < 3; ++i)
-      for (unsigned j = 0; j < 3; ++j)
-        if (a.owner.ownsEdge(i) && b.owner.ownsEdge(j)) addEdge(a, i, b, j);
+  static void append(const FeaturePair& pair, const IgnoredPairs& ignored,
+                     std::vector<FeaturePair>& pairs) {
+    if (!isIgnored(ignored, pair.first, pair.second)) appendPair(pair.first, pair.second, pairs);
   }
-  /// Adds edge i of triangle a and edge j of b, if these are near.
-  void addEdge(const Triangle& a, unsigned i, const Triangle& b, unsigned j) const {
-    const unsigned i1 = (i + 1) % 3, j1 = (j + 1) % 3;
-    for (const unsigned end : {i, i1})
-      if (areSame(a.vertices[end], b.vertices[j]) || areSame(a.vertices[end], b.vertices[j1]))
-        return;
-    const fcl::Vector3d &p = a.points[i], &p1 = a.points[i1], &q = b.points[j], &q1 = b.points[j1];
-    const auto touches = [&] { return touch({p, p1, p1}, {q, q1, q1}); };
-    if (!isNear(edgeEdgeDistance<double>({p, p1}, {q, q1}).distance, touches)) return;
-    const unsigned first = 3 * a.owner.triangle + i, second = 3 * b.owner.triangle + j;
-    const bool swaps = is_self_ && first > second;
-    append(swaps ? second : first, swaps ? first : second, request_.edge_edge, result_.edge_edge);
-  }
+  static double radiusOf(const PlacedMesh& mesh) { return mesh.bounds().aabb_radius; }
 
   const PairInput& in_;
   const FeatureProximityRequest<double>& request_;
-  const FeatureOwners &owners1_, &owners2_;
+  const FeatureTests tests_;
   const bool is_self_;
-  static constexpr double kRounding = 0x1p-44;  // relative to the bodies' sizes
-  const double rounding_;  ///< upper bound of the computed distance of features that touch
   Result& result_;
 };
-
-/// Passes all near pairs of triangles to the sink, on the meshes' query threads.
-template <typename Frame, typename Sink>
-void collect(const PairInput& input, const Frame& frame, Sink& sink) {
-  searchAll<WithinTests<Frame, Sink>>(
-      std::max(input.first.mesh.query_threads, input.second.mesh.query_threads), input.trees(frame),
-      sink, input, frame);
-}
-
-/// Collects the near pairs of two meshes in the sink that makeSink(input) returns.
-template <typename MakeSink>
-void collectPairs(const PairOfMeshes& meshes, double distance, const MakeSink& makeSink) {
-  TreePair trees(meshes.first, meshes.second);
-  alignIfNear(trees, distance);
-  const PairInput input(trees, distance);
-  auto sink = makeSink(input);
-  searchInFrame(
-      trees, [&](const auto& frame) { collect(input, frame, sink); },
-      [&] { testAllPairs(input, sink); });
-}
-
-/// Collects the near pairs of one mesh with itself. `skips_flat`: whether pairs with a common
-/// vertex do not count, so that nodes of FlatPatches need not be searched.
-template <typename MakeSink>
-void collectOwnPairs(const PlacedMesh& placed, double distance, NeighbourFilter filter,
-                     bool skips_flat, const MakeSink& makeSink) {
-  const FlatPatches flat(placed.tree(), placed.mesh.topology->contours, distance);
-  PairInput input(placed, filter, distance);
-  // At larger distances hardly a node is flat: the heights of triangles must exceed the distance.
-  if (skips_flat && isTaken(Shortcut::FlatPatches) && distance < 0.7 * meanEdge(placed.mesh))
-    input.flat = &flat;
-  auto sink = makeSink(input);
-  collect(input, SameFrame(), sink);
-}
 
 /// Returns a mesh whose own frame is the world.
 template <typename S>

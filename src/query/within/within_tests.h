@@ -25,6 +25,8 @@ namespace adaptive_bvh {
 ///   sink.needsGap()       whether it needs distances or nearest points
 ///   sink.isDone()         whether there are enough pairs
 ///   Sink::kStopsAtFirst   whether one pair is enough; then most tested pairs are apart
+///   Sink::kTakesUndecided whether it takes all pairs that the corners do not prove to be apart:
+///                         no further tests are made
 ///   Sink::kBatch          number of pairs that are tested together, at least 32
 template <typename Frame, typename Sink>
 class WithinTests {
@@ -139,6 +141,11 @@ class WithinTests {
 
   /// Decides about all pairs of the batch, and passes the near ones to the sink.
   void testAll() {
+    if constexpr (Sink::kTakesUndecided) {
+      for (int i = 0; i < size_; ++i) sink_.add(pairs_[i], nullptr);
+      size_ = 0;
+      return;
+    }
     if (isTaken(Shortcut::SinglePrecision)) {
       if constexpr (kByAxes) testAlongAxes();
       testOpen();

@@ -1,0 +1,107 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "adaptive_bvh/feature_pairs.h"
+#include "base/float4.h"
+#include "base/leased.h"
+#include "query/within/pair_numbers.h"
+
+namespace adaptive_bvh {
+
+/// Small numbers ("ids") for those of many elements that are in use: id i is elements[i]. The map
+/// back is in memory of the thread, so that it takes no memory between two uses.
+class SmallIds {
+ public:
+  /// `size`: number of all elements. `elements` must outlive this object, which appends to it.
+  SmallIds(std::size_t size, std::vector<unsigned>& elements);
+  ~SmallIds() {
+    for (const unsigned element : elements_) map()[element] = kNone;
+  }
+  SmallIds(const SmallIds&) = delete;
+  SmallIds& operator=(const SmallIds&) = delete;
+
+  /// The id of an element, a new one if it has none.
+  unsigned operator()(unsigned element) {
+    const unsigned id = map()[element];
+    return id != kNone ? id : append(element);
+  }
+
+ private:
+  static constexpr unsigned kNone = ~0u;
+  struct Map {
+    std::vector<unsigned> ids;  ///< by element; kNone for all, between two uses
+  };
+
+  std::vector<unsigned>& map() { return map_->ids; }
+  unsigned append(unsigned element);
+
+  const Leased<Map> map_;
+  std::vector<unsigned>& elements_;
+};
+
+/// The candidates of a ContactSet: pairs of triangles that are near, or a little farther apart. Each
+/// triangle of the first mesh has a row of those of the second. Triangles are given by ids
+/// (TrackedTriangles). Rows lie in blocks of four candidates, for tests of four at once.
+class CandidateRows {
+ public:
+  /// What is to be done with a candidate: the number of its pairs that are near, a bit for each.
+  using Bits = std::uint16_t;
+  static constexpr Bits kAbsent = 1 << 15;  ///< the last search has not found it
+
+  /// Reserve of a candidate (PairReserve) whose distance is not known: it must be tested.
+  static constexpr float kUnknown = -2;
+  /// That of a candidate whose distance is so near the limit that each motion may decide.
+  static constexpr float kUndecided = -1;
+
+  struct Row {
+    unsigned begin = 0, count = 0, room = 0;
+  };
+
+  const std::vector<Row>& rows() const { return rows_; }
+  std::size_t size() const { return size_; }  ///< number of candidates
+
+  unsigned second(unsigned at) const { return second_[at]; }
+  Bits bits(unsigned at) const { return bits_[at]; }
+  /// How far the parts of a pair may still move, in the form that PairReserve describes.
+  Float4& reserve(unsigned at) { return reserves_[at]; }
+  PairLink& pairs(unsigned at) { return pairs_[at]; }
+  void setBits(unsigned at, Bits bits) { bits_[at] = bits; }
+  const unsigned* seconds() const { return second_.data(); }
+  const Bits* allBits() const { return bits_.data(); }
+  const Float4* reserves() const { return reserves_.data(); }
+
+  /// Adds the pairs of ids of a search that are not candidates yet, with the reserve kUnknown.
+  /// `is_all`: the search has found all candidates that are needed; others are marked kAbsent, with
+  /// the reserve kUnknown. After an exception, further calls are possible.
+  void merge(const std::vector<FeaturePair>& found, bool is_all, std::size_t num_first,
+             std::size_t num_second);
+  /// Removes a candidate of a row. The last one of the row takes its place.
+  void erase(unsigned row, unsigned at);
+  /// Sets all reserves to kUnknown.
+  void forgetReserves();
+
+  std::size_t bytes() const {
+    return rows_.capacity() * sizeof(Row) +
+           second_.capacity() * (sizeof(unsigned) + sizeof(Bits) + sizeof(Float4) +
+                                 sizeof(PairLink));
+  }
+
+ private:
+  void mergeRow(unsigned number, unsigned* found, unsigned count, bool is_all, unsigned* marks);
+  void append(Row& row, const unsigned* seconds, unsigned count);
+  void moveRow(Row& row, unsigned count);
+  void closeGaps();
+
+  std::vector<Row> rows_;  ///< by id of the first triangle
+  // By place in a row.
+  std::vector<unsigned> second_;  ///< id of the second triangle
+  std::vector<Bits> bits_;
+  std::vector<PairLink> pairs_;
+  std::vector<Float4> reserves_;
+  std::size_t size_ = 0;
+  std::size_t used_ = 0;  ///< sum of the rooms of all rows
+};
+
+}  // namespace adaptive_bvh

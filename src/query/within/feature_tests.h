@@ -1,0 +1,110 @@
+#pragma once
+
+#include "adaptive_bvh/feature_pairs.h"
+#include "base/vectors.h"
+#include "boxes/wide_tree.h"
+#include "mesh/feature_owners.h"
+#include "triangles/feature_distance.h"
+#include "triangles/triangle_contact.h"
+#include "triangles/triangle_intersection.h"
+
+namespace adaptive_bvh {
+
+/// Tests the features of two triangles: those that the triangles own (FeatureOwners), so each pair
+/// of features is tested once. The pairs of two triangles have numbers from 0 to kPairs - 1: the
+/// corners of the first and the face of the second, the corners of the second and the face of the
+/// first, then the edges. "Near" means within the distance.
+class FeatureTests {
+ public:
+  static constexpr unsigned kPairs = 15;
+
+  /// One of two triangles.
+  struct Triangle {
+    const Int4& vertices;           ///< the indices of its vertices
+    const FeatureOwner& owner;      ///< its own index, and the features that it owns
+    TrianglePoints<double> points;  ///< its corners in the first mesh's frame
+  };
+  /// A pair of features of any kind, with the numbers of feature_pairs.h.
+  struct Pair {
+    FeatureKind kind;
+    FeaturePair features;
+  };
+
+  /// `radii`: the sum of both meshes' radii. `is_self`: one mesh with itself; features with a vertex
+  /// in common are left out.
+  FeatureTests(double distance, double radii, bool is_self)
+      : distance_(distance), rounding_(kRounding * radii), is_self_(is_self) {}
+
+  /// Calls visit(number, distance, is_near) for each pair of features.
+  template <typename Visit>
+  void forEach(const Triangle& a, const Triangle& b, const Visit& visit) const {
+    testVertices(a, b, 0, visit);
+    testVertices(b, a, 3, visit);
+    for (unsigned i = 0; i < 3; ++i)
+      for (unsigned j = 0; j < 3; ++j)
+        if (a.owner.ownsEdge(i) && b.owner.ownsEdge(j)) testEdges(a, i, b, j, visit);
+  }
+
+  /// Returns a pair by its number.
+  Pair pair(unsigned number, const FeatureOwner& a, const Int4& a_vertices, const FeatureOwner& b,
+            const Int4& b_vertices) const {
+    if (number < 3)
+      return {FeatureKind::VertexFace, {unsigned(a_vertices[int(number)]), b.triangle}};
+    if (number < 6) {
+      const auto vertex = static_cast<unsigned>(b_vertices[int(number - 3)]);
+      if (is_self_) return {FeatureKind::VertexFace, {vertex, a.triangle}};
+      return {FeatureKind::FaceVertex, {a.triangle, vertex}};
+    }
+    const unsigned first = 3 * a.triangle + (number - 6) / 3,
+                   second = 3 * b.triangle + (number - 6) % 3;
+    const bool swaps = is_self_ && first > second;
+    return {FeatureKind::EdgeEdge, {swaps ? second : first, swaps ? first : second}};
+  }
+
+ private:
+  /// Whether two features are near, given their computed distance. touches(): exact test whether
+  /// they have a common point, called if rounding could hide that.
+  template <typename Touches>
+  bool isNear(double distance, const Touches& touches) const {
+    if (distance > rounding_) return distance <= distance_;
+    return (distance_ > 0 && distance <= distance_) || touches();
+  }
+  bool areSame(int vertex1, int vertex2) const { return is_self_ && vertex1 == vertex2; }
+
+  /// Tests the vertices that `owner` owns with the face.
+  template <typename Visit>
+  void testVertices(const Triangle& owner, const Triangle& face, unsigned first_number,
+                    const Visit& visit) const {
+    for (unsigned k = 0; k < 3; ++k) {
+      const int v = owner.vertices[int(k)];
+      if (!owner.owner.ownsVertex(k) || areSame(v, face.vertices[0]) ||
+          areSame(v, face.vertices[1]) || areSame(v, face.vertices[2]))
+        continue;
+      const fcl::Vector3d& x = owner.points[k];
+      const auto touches = [&] { return touch({x, x, x}, face.points); };
+      const double distance = vertexFaceDistance<double>(x, face.points).distance;
+      visit(first_number + k, distance, isNear(distance, touches));
+    }
+  }
+  /// Tests edge i of triangle a and edge j of b.
+  template <typename Visit>
+  void testEdges(const Triangle& a, unsigned i, const Triangle& b, unsigned j,
+                 const Visit& visit) const {
+    const unsigned i1 = (i + 1) % 3, j1 = (j + 1) % 3;
+    for (const unsigned end : {i, i1})
+      if (areSame(a.vertices[int(end)], b.vertices[int(j)]) ||
+          areSame(a.vertices[int(end)], b.vertices[int(j1)]))
+        return;
+    const fcl::Vector3d &p = a.points[i], &p1 = a.points[i1], &q = b.points[j], &q1 = b.points[j1];
+    const auto touches = [&] { return touch({p, p1, p1}, {q, q1, q1}); };
+    const double distance = edgeEdgeDistance<double>({p, p1}, {q, q1}).distance;
+    visit(6 + 3 * i + j, distance, isNear(distance, touches));
+  }
+
+  static constexpr double kRounding = 0x1p-44;  // relative to the bodies' sizes
+  const double distance_;
+  const double rounding_;  ///< upper bound of the computed distance of features that touch
+  const bool is_self_;
+};
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,389 @@
+// ContactSet: the border of KeptPairs for one mesh, two, or the bodies of a scene.
+#include "adaptive_bvh/contact_set.h"
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+#include <string>
+
+#include "base/leased.h"
+#include "base/task_pool.h"
+#include "query/contacts/contacts.h"
+#include "query/pair_filter.h"
+#include "query/single_precision.h"
+#include "query/within/kept_pairs.h"
+#include "query/within/near_pairs.h"
+#include "scene/scene_state.h"
+#include "triangles/triangle_gap.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// Throws std::invalid_argument if a request is not as ContactSetRequest says.
+template <typename S>
+std::shared_ptr<const KeptRequest> checked(const ContactSetRequest<S>& request, bool has_self) {
+  requireDistance(request.distance);
+  if (request.filter == NeighbourFilter::BeyondShared)
+    throw std::invalid_argument(
+        "adaptive_bvh: a ContactSet has no filter BeyondShared: neighbours are at the distance 0");
+  requireSorted(request.vertex_face);
+  requireSorted(request.face_vertex);
+  for (const IgnoredPairs* pairs : {&request.triangles, &request.edge_edge})
+    has_self ? requireSortedOfSelf(*pairs) : requireSorted(*pairs);
+  return std::make_shared<const KeptRequest>(request);
+}
+
+/// The direction from one point to another; that of the contact of two triangles that touch.
+fcl::Vector3d normalOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b,
+                       const TriangleGap& gap) {
+  if (!(gap.distance > 0)) return contactOf(a, b).normal;
+  const fcl::Vector3d between = gap.points.second - gap.points.first;
+  const double size = between.lpNorm<Eigen::Infinity>();
+  return size > 0 ? fcl::Vector3d((between / size).normalized()) : contactOf(a, b).normal;
+}
+
+void addDetail(const KeptMeshes& meshes, const fcl::Transform3d& tf, const FeaturePair& pair,
+               FeatureDetails<double>& result) {
+  const TrianglePoints<double> p = meshes.first.pointsOf(pair.first);
+  TrianglePoints<double> q = meshes.second.pointsOf(pair.second);
+  if (!meshes.is_self)
+    for (fcl::Vector3d& x : q) x = meshes.to_first(x);
+  const TriangleGap gap = gapOf(p, q);
+  result.distances.push_back(gap.distance);
+  result.nearest_points.push_back({tf * gap.points.first, tf * gap.points.second});
+  result.normals.push_back(tf.linear() * normalOf(p, q, gap));
+}
+
+void append(const FeatureDetails<double>& from, FeatureDetails<double>& to) {
+  const auto appendTo = [](const auto& values, auto& all) {
+    all.insert(all.end(), values.begin(), values.end());
+  };
+  appendTo(from.distances, to.distances);
+  appendTo(from.nearest_points, to.nearest_points);
+  appendTo(from.coordinates, to.coordinates);
+  appendTo(from.normals, to.normals);
+}
+std::vector<FeaturePair>& listOf(FeaturePairs& pairs, FeatureKind kind) {
+  return kind == FeatureKind::VertexFace   ? pairs.vertex_face
+         : kind == FeatureKind::FaceVertex ? pairs.face_vertex
+                                           : pairs.edge_edge;
+}
+const FeatureDetails<double>& detailsOf(const FeaturePairDetails<double>& details,
+                                        FeatureKind kind) {
+  return kind == FeatureKind::VertexFace   ? details.vertex_face
+         : kind == FeatureKind::FaceVertex ? details.face_vertex
+                                           : details.edge_edge;
+}
+void narrowTo(const FeatureDetails<double>& from, FeatureDetails<double>& to) { to = from; }
+void narrowTo(const FeatureDetails<double>& from, FeatureDetails<float>& to) { narrow(from, to); }
+void clear(FeatureDetails<double>& details) {
+  details.distances.clear();
+  details.nearest_points.clear();
+  details.coordinates.clear();
+  details.normals.clear();
+}
+
+/// Adds the contacts of pairs of triangles that touch.
+void addContacts(const KeptMeshes& meshes, const fcl::Transform3d& tf,
+                 const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
+                 const FeaturePair* pairs, std::size_t count,
+                 const CollisionQuery<double>& query) {
+  const PlacedTriangles<double> first{&o1, meshes.first.mesh.view(), tf},
+      second{&o2, meshes.second.mesh.view(), meshes.is_self ? tf : meshes.second.tf};
+  for (std::size_t i = 0; i < count && !query.isSatisfied(); ++i)
+    addContactsOf(first, second, meshes.to_first, int(pairs[i].first), int(pairs[i].second), false,
+                  meshes.is_self ? 1 : 2, query.request, query.result);
+}
+
+}  // namespace
+
+template <typename S>
+struct ContactSet<S>::State {
+  /// The pairs of two bodies, or of one with itself.
+  using OfBodies = std::map<BodyPair, KeptPairs>;
+
+  State(const DeformableMesh<S>* one, const DeformableMesh<S>* other, const Scene<S>* of_scene,
+        const ContactSetRequest<S>& request_given)
+      : first(one),
+        second(other),
+        scene(of_scene),
+        request(checked(request_given, !second)),
+        numbers(scene != nullptr) {
+    if (scene && request->filter != NeighbourFilter::SharedVertex)
+      throw std::invalid_argument(
+          "adaptive_bvh: a ContactSet of a Scene has the filter SharedVertex only");
+  }
+
+  const DeformableMesh<S>*first, *second;  ///< null for a scene; `second` for one mesh, too
+  const Scene<S>* scene;
+  Transform tf1 = Transform::Identity(), tf2 = Transform::Identity();
+  std::shared_ptr<const KeptRequest> request;
+  PairNumbers numbers;
+  KeptPairs pairs;              ///< of meshes
+  OfBodies of_bodies;           ///< of a scene
+  std::uint64_t scene_version = 0;  ///< of the last update; 0 before the first
+
+  void updateMeshes(const Transform& to1, const Transform& to2) {
+    update(second ? KeptMeshes({*first, to1}, {*second, to2}) : KeptMeshes(stateOf(*first)));
+    tf1 = to1;
+    tf2 = to2;
+  }
+  void update(const KeptMeshes& meshes) {
+    if (!pairs.prepare(meshes, *request)) return numbers.begin({});
+    numbers.begin(pairs.counts());
+    pairs.commit(meshes, *request, {}, numbers);
+  }
+
+  void updateScene();
+  const SceneState& bodies() const { return detail::SceneAccess<S>::state(*scene); }
+
+  /// The meshes of a pair; `pair`: of the scene.
+  KeptMeshes meshesOf(const BodyPair& pair) const {
+    if (!scene) return second ? KeptMeshes({*first, tf1}, {*second, tf2}) : KeptMeshes(stateOf(*first));
+    const Body &a = bodies().bodies[bodies().indexOf(pair.first)],
+               &b = bodies().bodies[bodies().indexOf(pair.second)];
+    return keptMeshes(a, b);
+  }
+  static KeptMeshes keptMeshes(const Body& a, const Body& b) {
+    return &a == &b ? KeptMeshes(a.mesh()) : KeptMeshes(a.placedMesh(), b.placedMesh());
+  }
+  /// Where results of a pair are placed in the world.
+  fcl::Transform3d placeOf(const BodyPair& pair, const KeptMeshes& meshes) const {
+    if (scene && meshes.is_self) return bodies().bodies[bodies().indexOf(pair.first)].tf;
+    return meshes.first.tf;
+  }
+  /// Calls act(meshes, transform, bodies, pairs, count) for numbers, together as long as they are of
+  /// the same meshes. Throws std::invalid_argument if there is no pair with a number.
+  template <typename Act>
+  void forEachMeshes(unsigned kind, const std::vector<unsigned>& of, const Act& act) const {
+    const NumberedPairs& list = numbers[kind];
+    const Leased<std::vector<FeaturePair>> leased;
+    std::vector<FeaturePair>& same = *leased;
+    for (const unsigned number : of)
+      if (!list.contains(number))
+        throw std::invalid_argument("adaptive_bvh: a ContactSet has no pair with the number " +
+                                    std::to_string(number));
+    for (std::size_t i = 0; i < of.size();) {
+      const BodyPair bodies_of = scene ? list.bodies[of[i]] : BodyPair{};
+      same.clear();
+      for (; i < of.size() && (!scene || list.bodies[of[i]] == bodies_of); ++i)
+        same.push_back(list.pairs[of[i]]);
+      const KeptMeshes meshes = meshesOf(bodies_of);
+      act(meshes, placeOf(bodies_of, meshes), bodies_of, same);
+    }
+  }
+};
+
+/// Prepares all pairs of bodies, on several threads; then changes the numbers, in their order.
+template <typename S>
+void ContactSet<S>::State::updateScene() {
+  const SceneState& state = bodies();
+  state.requireCurrent();
+  if (scene_version == state.version && scene_version != 0) return numbers.begin({});
+  const Leased<std::vector<BodyPair>> near;
+  state.findPairs(request->distance, 2, *near);
+  state.addSelfPairs(*near);
+  struct Task {
+    const Body *a, *b;
+    KeptPairs* pairs;
+    bool has_changed;
+  };
+  const Leased<std::vector<Task>> leased;
+  std::vector<Task>& tasks = *leased;
+  tasks.clear();
+  for (const BodyPair& pair : *near) {
+    const Body &a = state.bodies[pair.first], &b = state.bodies[pair.second];
+    tasks.push_back({&a, &b, &of_bodies[{a.id, b.id}], false});
+  }
+  const TaskPool pool(tasks.size() > 1 ? state.threads : 1);
+  pool.forEach(static_cast<int>(tasks.size()), [&](int i, int) {
+    Task& task = tasks[std::size_t(i)];
+    task.has_changed = task.pairs->prepare(keptMeshes(*task.a, *task.b), *request);
+  });
+  PairCounts counts;
+  for (const Task& task : tasks)
+    if (task.has_changed) counts.add(task.pairs->counts());
+  std::size_t next = 0;  // of the tasks, whose order is that of the map
+  const auto isTask = [&](const auto& entry) {
+    while (next < tasks.size() && tasks[next].pairs != &entry.second) {
+      if (BodyPair{tasks[next].a->id, tasks[next].b->id} < entry.first) ++next;
+      else return false;
+    }
+    return next < tasks.size();
+  };
+  for (auto& entry : of_bodies)
+    if (!isTask(entry)) {
+      entry.second.prepareRemoval(*request);
+      counts.add(entry.second.counts());
+    }
+  numbers.begin(counts);
+  for (const Task& task : tasks)
+    if (task.has_changed)
+      task.pairs->commit(keptMeshes(*task.a, *task.b), *request, {task.a->id, task.b->id}, numbers);
+  next = 0;
+  for (auto entry = of_bodies.begin(); entry != of_bodies.end();) {
+    if (isTask(*entry)) {
+      ++entry;
+      continue;
+    }
+    entry->second.commitRemoval(numbers);
+    entry = of_bodies.erase(entry);
+  }
+  scene_version = state.version;
+}
+
+template <typename S>
+ContactSet<S>::ContactSet(const DeformableMesh<S>& mesh, const ContactSetRequest<S>& request)
+    : state_(std::make_unique<State>(&mesh, nullptr, nullptr, request)) {}
+template <typename S>
+ContactSet<S>::ContactSet(const DeformableMesh<S>& first, const DeformableMesh<S>& second,
+                          const ContactSetRequest<S>& request)
+    : state_(std::make_unique<State>(&first, &second, nullptr, request)) {}
+template <typename S>
+ContactSet<S>::ContactSet(const Scene<S>& scene, const ContactSetRequest<S>& request)
+    : state_(std::make_unique<State>(nullptr, nullptr, &scene, request)) {}
+template <typename S>
+ContactSet<S>::~ContactSet() = default;
+template <typename S>
+ContactSet<S>::ContactSet(ContactSet&&) noexcept = default;
+template <typename S>
+ContactSet<S>& ContactSet<S>::operator=(ContactSet&&) noexcept = default;
+template <typename S>
+ContactSet<S>::ContactSet(const ContactSet& other)
+    : state_(std::make_unique<State>(*other.state_)) {}
+template <typename S>
+ContactSet<S>& ContactSet<S>::operator=(const ContactSet& other) {
+  return *this = ContactSet(other);
+}
+
+template <typename S>
+std::size_t ContactSet<S>::update() {
+  state_->scene ? state_->updateScene() : state_->updateMeshes(state_->tf1, state_->tf2);
+  return size();
+}
+
+template <typename S>
+std::size_t ContactSet<S>::update(const Transform& tf1, const Transform& tf2) {
+  if (!state_->second)
+    throw std::logic_error("adaptive_bvh: only a ContactSet of two meshes takes transforms");
+  requireRigid(tf1);
+  requireRigid(tf2);
+  state_->updateMeshes(tf1, tf2);
+  return size();
+}
+
+template <typename S>
+const NumberedPairs& ContactSet<S>::triangles() const {
+  static const NumberedPairs none;
+  return state_->request->has_features ? none : state_->numbers[0];
+}
+template <typename S>
+const NumberedPairs& ContactSet<S>::features(FeatureKind kind) const {
+  static const NumberedPairs none;
+  return state_->request->has_features ? state_->numbers[unsigned(kind)] : none;
+}
+template <typename S>
+std::size_t ContactSet<S>::size() const {
+  std::size_t count = 0;
+  for (unsigned kind = 0; kind < 3; ++kind) count += state_->numbers[kind].count;
+  return count;
+}
+
+template <typename S>
+void ContactSet<S>::compact(Renumbering& moved) {
+  std::array<std::vector<unsigned>, 3> kinds;
+  state_->numbers.compact(kinds);
+  state_->pairs.renumber(kinds);
+  for (auto& entry : state_->of_bodies) entry.second.renumber(kinds);
+  moved = {};
+  (state_->request->has_features ? moved.vertex_face : moved.triangles) = std::move(kinds[0]);
+  moved.face_vertex = std::move(kinds[1]);
+  moved.edge_edge = std::move(kinds[2]);
+}
+
+template <typename S>
+void ContactSet<S>::details(const std::vector<unsigned>& numbers,
+                            FeatureDetails<S>& result) const {
+  if (state_->request->has_features && !numbers.empty())
+    throw std::invalid_argument("adaptive_bvh: a ContactSet of features has no triangles");
+  const Leased<FeaturePairDetails<double>> found;
+  FeatureDetails<double>& all = found->vertex_face;
+  clear(all);
+  state_->forEachMeshes(0, numbers,
+                        [&](const KeptMeshes& meshes, const fcl::Transform3d& tf, const BodyPair&,
+                            const std::vector<FeaturePair>& pairs) {
+                          for (const FeaturePair& pair : pairs) addDetail(meshes, tf, pair, all);
+                        });
+  narrowTo(all, result);
+}
+
+template <typename S>
+void ContactSet<S>::details(FeatureKind kind, const std::vector<unsigned>& numbers,
+                            FeatureDetails<S>& result) const {
+  if (!state_->request->has_features && !numbers.empty())
+    throw std::invalid_argument("adaptive_bvh: a ContactSet of triangles has no features");
+  const Leased<std::array<FeaturePairDetails<double>, 2>> found;
+  const Leased<FeaturePairs> asked;
+  FeatureDetails<double>& all = (*found)[0].vertex_face;
+  clear(all);
+  state_->forEachMeshes(
+      unsigned(kind), numbers,
+      [&](const KeptMeshes& meshes, const fcl::Transform3d& tf, const BodyPair&,
+          const std::vector<FeaturePair>& pairs) {
+        asked->clear();
+        FeaturePairDetails<double>& details = (*found)[1];
+        listOf(*asked, kind) = pairs;
+        findFeatureDetails({meshes.first.mesh, tf}, meshes.second.mesh, meshes.to_first, *asked,
+                           details);
+        append(detailsOf(details, kind), all);
+      });
+  narrowTo(all, result);
+}
+
+template <typename S>
+std::size_t ContactSet<S>::contacts(const fcl::CollisionRequest<S>& request,
+                                    fcl::CollisionResult<S>& result) const {
+  if (state_->request->has_features)
+    throw std::logic_error("adaptive_bvh: a ContactSet of features has no contacts of triangles");
+  const CollisionQuery<S> user_query{request, result};
+  if (request.num_max_contacts == 0 || user_query.isSatisfied()) return result.numContacts();
+  const Leased<std::vector<unsigned>> all;
+  state_->numbers[0].list(*all);
+  state_->forEachMeshes(
+      0, *all,
+      [&](const KeptMeshes& meshes, const fcl::Transform3d& tf, const BodyPair& bodies,
+          const std::vector<FeaturePair>& pairs) {
+        const fcl::CollisionGeometry<S>*o1 = state_->first, *o2 = state_->second;
+        if (state_->scene) {
+          o1 = &state_->scene->geometry(bodies.first);
+          o2 = &state_->scene->geometry(bodies.second);
+        } else if (!o2) {
+          o2 = o1;
+        }
+        answerInDouble(user_query, o1, o2,
+                       [&](const fcl::CollisionGeometryd& first,
+                           const fcl::CollisionGeometryd& second,
+                           const CollisionQuery<double>& query) {
+                         addContacts(meshes, tf, first, second, pairs.data(), pairs.size(), query);
+                       });
+      });
+  return result.numContacts();
+}
+
+template <typename S>
+ContactSetWork ContactSet<S>::work() const {
+  ContactSetWork work;
+  const auto add = [&](const KeptPairs& pairs) {
+    work.candidates += pairs.candidates();
+    work.tested += pairs.tested();
+    work.searches += pairs.searches();
+  };
+  add(state_->pairs);
+  for (const auto& entry : state_->of_bodies) add(entry.second);
+  return work;
+}
+
+template class ContactSet<float>;
+template class ContactSet<double>;
+
+}  // namespace adaptive_bvh

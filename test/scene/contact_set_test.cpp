@@ -1,0 +1,707 @@
+// ContactSet through histories of updates, against new queries in every step, and against all pairs
+// in quadruple precision.
+#include <gtest/gtest.h>
+
+#include <map>
+#include <memory>
+#include <set>
+
+#include "adaptive_bvh/contact_set.h"
+#include "adaptive_bvh/query.h"
+#include "adaptive_bvh/self_collision.h"
+#include "support/closed_bodies.h"
+#include "support/lattice_features.h"
+#include "support/long_mode.h"
+#include "support/random_geometry.h"
+#include "support/test_mesh.h"
+
+namespace adaptive_bvh_test {
+namespace contact_set_test {
+
+using adaptive_bvh::ContactElements;
+using adaptive_bvh::ContactSet;
+using adaptive_bvh::ContactSetRequest;
+using adaptive_bvh::DeformableMesh;
+using adaptive_bvh::FeatureKind;
+using adaptive_bvh::FeaturePair;
+using adaptive_bvh::FeaturePairs;
+using adaptive_bvh::NeighbourFilter;
+using adaptive_bvh::NumberedPairs;
+using adaptive_bvh::Scene;
+
+using Pairs = std::vector<FeaturePair>;
+using AllPairs = std::array<Pairs, 3>;  ///< by kind; pairs of triangles are the first
+
+AllPairs sorted(AllPairs pairs) {
+  for (Pairs& kind : pairs) std::sort(kind.begin(), kind.end());
+  return pairs;
+}
+
+template <typename S>
+TriangleMesh<double> inDouble(const TriangleMesh<S>& mesh) {
+  TriangleMesh<double> converted;
+  for (const auto& p : mesh.vertices) converted.vertices.push_back(p.template cast<double>());
+  converted.triangles = mesh.triangles;
+  return converted;
+}
+
+/// All pairs of triangles of meshes with small whole numbers as coordinates that are at most `limit`
+/// apart, a whole number; of one mesh without those that have a vertex in common.
+Pairs trianglePairs(const TriangleMesh<double>& first, const TriangleMesh<double>& second,
+                    int limit, bool is_self) {
+  const auto triangle = [](const TriangleMesh<double>& mesh, std::size_t t) -> quad::Triangle {
+    const auto& v = mesh.triangles[t];
+    return {quad::of(mesh.vertices[v[0]]), quad::of(mesh.vertices[v[1]]),
+            quad::of(mesh.vertices[v[2]])};
+  };
+  const auto areNeighbours = [&](std::size_t s, std::size_t t) {
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        if (first.triangles[s][i] == first.triangles[t][j]) return true;
+    return false;
+  };
+  Pairs pairs;
+  for (std::size_t s = 0; s < first.triangles.size(); ++s)
+    for (std::size_t t = is_self ? s + 1 : 0; t < second.triangles.size(); ++t) {
+      if (is_self && areNeighbours(s, t)) continue;
+      if (quad::distance(triangle(first, s), triangle(second, t)) <=
+          quad::Real(limit) + quad::Real(1e-12))
+        pairs.push_back({unsigned(s), unsigned(t)});
+    }
+  return pairs;
+}
+
+/// What a caller knows of a set who reads only what was added and removed.
+class Follower {
+ public:
+  template <typename S>
+  explicit Follower(const ContactSet<S>& set) {
+    for (unsigned k = 0; k < 3; ++k) kinds_[k] = present(listOf(set, k));
+  }
+
+  template <typename S>
+  static const NumberedPairs& listOf(const ContactSet<S>& set, unsigned kind) {
+    return kind == 0 && set.features(FeatureKind::VertexFace).pairs.empty()
+               ? set.triangles()
+               : set.features(FeatureKind(kind));
+  }
+  /// Follows an update, and compares.
+  template <typename S>
+  void follow(const ContactSet<S>& set) {
+    std::size_t size = 0;
+    for (unsigned k = 0; k < 3; ++k) {
+      const NumberedPairs& list = listOf(set, k);
+      auto& known = kinds_[k];
+      ASSERT_EQ(list.removed.size(), list.removed_pairs.size());
+      for (std::size_t i = 0; i < list.removed.size(); ++i) {
+        const auto found = known.find(list.removed[i]);
+        ASSERT_NE(found, known.end());
+        EXPECT_EQ(found->second, list.removed_pairs[i]);
+        known.erase(found);
+      }
+      for (const unsigned number : list.added) {
+        EXPECT_TRUE(known.insert({number, list.pairs[number]}).second);
+        EXPECT_FALSE(std::count(list.removed.begin(), list.removed.end(), number));
+      }
+      EXPECT_EQ(known, present(list));
+      EXPECT_EQ(known.size(), list.count);
+      std::vector<unsigned> numbers;
+      list.list(numbers);
+      EXPECT_EQ(numbers.size(), list.count);
+      size += list.count;
+    }
+    EXPECT_EQ(size, set.size());
+  }
+  /// Follows `compact`.
+  void renumber(const adaptive_bvh::Renumbering& moved, bool has_features) {
+    const std::vector<unsigned>* to[] = {has_features ? &moved.vertex_face : &moved.triangles,
+                                         &moved.face_vertex, &moved.edge_edge};
+    for (unsigned k = 0; k < 3; ++k) {
+      std::map<unsigned, FeaturePair> renumbered;
+      for (const auto& [number, pair] : kinds_[k]) renumbered[(*to[k])[number]] = pair;
+      std::vector<unsigned> olds;
+      for (unsigned n = 0; n < to[k]->size(); ++n) olds.push_back(n);
+      adaptive_bvh::Renumbering::apply(*to[k], olds);
+      ASSERT_EQ(olds.size(), kinds_[k].size());
+      for (const auto& [number, pair] : kinds_[k]) EXPECT_EQ(olds[(*to[k])[number]], number);
+      kinds_[k] = renumbered;
+    }
+  }
+  AllPairs pairs() const {
+    AllPairs all;
+    for (unsigned k = 0; k < 3; ++k)
+      for (const auto& entry : kinds_[k]) all[k].push_back(entry.second);
+    return sorted(all);
+  }
+
+ private:
+  static std::map<unsigned, FeaturePair> present(const NumberedPairs& list) {
+    std::map<unsigned, FeaturePair> pairs;
+    for (unsigned n = 0; n < list.pairs.size(); ++n)
+      if (list.contains(n)) pairs[n] = list.pairs[n];
+    return pairs;
+  }
+
+  std::array<std::map<unsigned, FeaturePair>, 3> kinds_;
+};
+
+/// Two meshes, or one with itself, where a history has brought them.
+template <typename S>
+struct Bodies {
+  DeformableMesh<S> first, second;
+  bool is_self;
+  fcl::Transform3<S> tf1 = fcl::Transform3<S>::Identity(), tf2 = tf1;
+
+  ContactSet<S> set(const ContactSetRequest<S>& request) const {
+    return is_self ? ContactSet<S>(first, request) : ContactSet<S>(first, second, request);
+  }
+  void update(ContactSet<S>& set) const { is_self ? set.update() : set.update(tf1, tf2); }
+
+  /// What a new query finds.
+  AllPairs pairs(const ContactSetRequest<S>& request) const {
+    if (request.elements == ContactElements::Features) {
+      const adaptive_bvh::FeatureProximityRequest<S> of{request.distance, request.vertex_face,
+                                                        request.face_vertex, request.edge_edge};
+      FeaturePairs found;
+      is_self ? featurePairsWithin(first, of, found)
+              : featurePairsWithin(first, tf1, second, tf2, of, found);
+      return sorted({found.vertex_face, found.face_vertex, found.edge_edge});
+    }
+    adaptive_bvh::ProximityRequest<S> of;
+    of.distance = request.distance;
+    of.ignored = request.triangles;
+    adaptive_bvh::TrianglePairs<S> found;
+    is_self ? pairsWithin(first, of, found, request.filter)
+            : pairsWithin(first, tf1, second, tf2, of, found);
+    return sorted({found.triangles, {}, {}});
+  }
+};
+
+template <typename S>
+class ContactSets : public testing::Test {
+ protected:
+  using Mesh = DeformableMesh<S>;
+  using Point = Vector3<S>;
+  using Points = std::vector<Point>;
+
+  TriangleMesh<S> sheet(bool on_lattice) {
+    TriangleMesh<S> mesh = plate<S>(2 + random_.below(6), 2 + random_.below(6));
+    for (Point& p : mesh.vertices) {
+      p = Point(std::round(p[0] * 6), std::round(p[1] * 6), 0);
+      if (on_lattice)
+        p[2] = S(random_.below(3));
+      else
+        p += random_.point() * S(0.3);
+    }
+    return mesh;
+  }
+  /// A step of a vertex, by whole numbers on the lattice.
+  Point step(bool on_lattice, S speed) {
+    if (!on_lattice) return random_.point() * speed;
+    return {S(random_.below(3) - 1), S(random_.below(3) - 1), S(random_.below(3) - 1)};
+  }
+
+  /// Changes a mesh in some way.
+  void change(Mesh& mesh, Mesh& snapshot, bool on_lattice, S speed) {
+    Points all = mesh.vertices();
+    switch (random_.below(10)) {
+      case 0:
+      case 1:
+        for (Point& p : all)
+          if (!on_lattice || random_.oneIn(4)) p += step(on_lattice, speed);
+        return mesh.update(all), void();
+      case 2: {
+        const Point by = step(on_lattice, speed);
+        for (Point& p : all) p += by;
+        return mesh.update(all), void();
+      }
+      case 3:
+      case 4: {
+        std::vector<unsigned> indices;
+        Points to;
+        for (int i = random_.below(4); i >= 0; --i) {
+          indices.push_back(unsigned(random_.below(int(all.size()))));
+          to.push_back(all[indices.back()] + step(on_lattice, 3 * speed));
+        }
+        return mesh.update(indices, to), void();
+      }
+      case 5: snapshot = mesh; return;
+      case 6: mesh = snapshot; return;
+      case 7:
+        if (random_.oneIn(4))
+          for (Point& p : all) p = 2 * p + 4 * step(on_lattice, 1);
+        return mesh.update(all), void();
+      case 8: {
+        Mesh other(mesh);
+        other.update(all);
+        for (Point& p : all) p += step(on_lattice, speed);
+        other.update(all);
+        std::swap(other, mesh);
+        return;
+      }
+      default:
+        all[0][1] = std::numeric_limits<S>::quiet_NaN();
+        EXPECT_THROW(mesh.update(all), std::invalid_argument);
+    }
+  }
+  void changeTransforms(Bodies<S>& bodies, bool on_lattice, S speed) {
+    fcl::Transform3<S> move = fcl::Transform3<S>::Identity();
+    move.translation() = step(on_lattice, speed);
+    if (!on_lattice)
+      move.linear() = Eigen::AngleAxis<S>(speed * random_.uniform(), random_.direction())
+                          .toRotationMatrix();
+    if (random_.oneIn(3)) bodies.tf1 = move * bodies.tf1;
+    bodies.tf2 = move * bodies.tf2;
+  }
+
+  ContactSetRequest<S> request(bool on_lattice) {
+    ContactSetRequest<S> request;
+    constexpr S kInfinity = std::numeric_limits<S>::infinity();
+    const S distances[] = {0, 1, 2, S(0.5), S(0.7), S(0.1), S(1.3), kInfinity};
+    request.distance = distances[random_.below(on_lattice ? 3 : random_.oneIn(8) ? 8 : 7)];
+    if (random_.oneIn(2)) request.elements = ContactElements::Features;
+    const NeighbourFilter filters[] = {NeighbourFilter::SharedVertex, NeighbourFilter::SharedEdge,
+                                       NeighbourFilter::None};
+    request.filter = filters[random_.below(3)];
+    return request;
+  }
+
+  RandomGeometry<S> random_{20266};
+};
+TYPED_TEST_SUITE(ContactSets, MeshScalars);
+
+/// Jumps, refused updates, snapshots, assignments, transforms; on lattices with ties.
+TYPED_TEST(ContactSets, AreThoseOfNewQueriesInEveryStep) {
+  using S = TypeParam;
+  auto& random = this->random_;
+  std::size_t tested = 0, candidates = 0;
+  for (int history = 0; history < manySteps(150); ++history) {
+    const bool on_lattice = random.oneIn(3);
+    Bodies<S> bodies{DeformableMesh<S>(this->sheet(on_lattice)),
+                     DeformableMesh<S>(this->sheet(on_lattice)), random.oneIn(2)};
+    ContactSetRequest<S> request = this->request(on_lattice);
+    const Pairs list = {{1, 3}, {2, 9}, {4, 8}};
+    if (random.oneIn(3))
+      for (auto* ignored : {&request.triangles, &request.vertex_face, &request.face_vertex,
+                            &request.edge_edge}) {
+        ignored->list = &list;
+        ignored->test = [](unsigned a, unsigned b) { return (7 * a + 3 * b) % 5 == 0; };
+      }
+    ContactSet<S> set = bodies.set(request);
+    Follower follower(set);
+    DeformableMesh<S> snapshots[] = {bodies.first, bodies.second};
+    const S speed = random.size(-4, 0);
+    for (int step = 0; step < 30; ++step) {
+      for (int k = random.below(3); k > 0; --k) {
+        const bool is_first = random.oneIn(2);
+        this->change(is_first ? bodies.first : bodies.second, snapshots[!is_first], on_lattice,
+                     speed);
+      }
+      if (!bodies.is_self && random.oneIn(2)) this->changeTransforms(bodies, on_lattice, speed);
+      bodies.update(set);
+      follower.follow(set);
+      ASSERT_EQ(bodies.pairs(request), follower.pairs())
+          << "history " << history << ", step " << step << ", distance " << request.distance;
+      if (this->HasFailure()) return;
+      tested += set.work().tested;
+      candidates += set.work().candidates;
+      if (random.oneIn(8)) {
+        adaptive_bvh::Renumbering moved;
+        set.compact(moved);
+        follower.renumber(moved, request.elements == ContactElements::Features);
+        follower.follow(set);
+      }
+      if (random.oneIn(8)) set = ContactSet<S>(set);
+    }
+  }
+  EXPECT_LT(tested, candidates / 2) << "or nothing was kept that could be wrong";
+}
+
+/// Coordinates are whole numbers; all pairs are judged in quadruple precision.
+TYPED_TEST(ContactSets, AreAllPairsOfALattice) {
+  using S = TypeParam;
+  auto& random = this->random_;
+  for (int history = 0; history < manySteps(40); ++history) {
+    TriangleMesh<S> meshes[] = {this->sheet(true), this->sheet(true)};
+    Bodies<S> bodies{DeformableMesh<S>(meshes[0]), DeformableMesh<S>(meshes[1]), random.oneIn(2)};
+    ContactSetRequest<S> request = this->request(true);
+    request.filter = NeighbourFilter::SharedVertex;
+    ContactSet<S> set = bodies.set(request);
+    for (int step = 0; step < 12; ++step) {
+      for (auto& p : meshes[random.below(2)].vertices)
+        if (random.oneIn(3)) p += this->step(true, 1);
+      bodies.first.update(meshes[0].vertices);
+      bodies.second.update(meshes[1].vertices);
+      bodies.update(set);
+      const TriangleMesh<double> in_double[] = {inDouble(meshes[0]), inDouble(meshes[1])};
+      const TriangleMesh<double>& second = in_double[bodies.is_self ? 0 : 1];
+      const int limit = int(request.distance);
+      if (request.elements == ContactElements::Features) {
+        FeaturePairs found{Follower(set).pairs()[0], Follower(set).pairs()[1],
+                           Follower(set).pairs()[2]};
+        ASSERT_EQ(featurePairs(in_double[0], second, limit, bodies.is_self),
+                  featurePairs(found, in_double[0], second, bodies.is_self));
+      } else {
+        ASSERT_EQ(trianglePairs(in_double[0], second, limit, bodies.is_self),
+                  Follower(set).pairs()[0]);
+      }
+    }
+  }
+}
+
+/// A surface that slides in small steps: most pairs keep their numbers, few are tested.
+TYPED_TEST(ContactSets, KeepNumbersAndTestFewPairs) {
+  using S = TypeParam;
+  DeformableMesh<S> lower(plate<S>(20, 20)), upper(plate<S>(20, 20));
+  ContactSetRequest<S> request;
+  request.distance = S(0.05);
+  ContactSet<S> set(lower, upper, request);
+  fcl::Transform3<S> still = fcl::Transform3<S>::Identity(), slides = still;
+  slides.translation() = {S(0.011), S(0.007), S(0.03)};
+  set.update(still, slides);
+  const std::vector<FeaturePair> before = set.triangles().pairs;
+  std::size_t tested = 0, kept = 0;
+  for (int step = 0; step < 20; ++step) {
+    slides.translation() += Vector3<S>(S(0.0003), 0, 0);
+    set.update(still, slides);
+    tested += set.work().tested;
+  }
+  for (unsigned n = 0; n < before.size(); ++n) kept += set.triangles().pairs[n] == before[n];
+  EXPECT_GT(kept, before.size() * 8 / 10);
+  EXPECT_LT(tested / 20, set.work().candidates / 3);
+  set.update(still, slides);
+  EXPECT_TRUE(set.triangles().added.empty() && set.triangles().removed.empty());
+  const std::size_t searches = set.work().searches;
+  still.translation() += Vector3<S>(3, 4, 5);
+  slides.translation() += Vector3<S>(3, 4, 5);
+  set.update(still, slides);
+  EXPECT_EQ(searches, set.work().searches) << "they have moved together";
+}
+
+/// Two copies go on alone, and so do copies of the meshes.
+TYPED_TEST(ContactSets, CopiesGoOnAlone) {
+  using S = TypeParam;
+  auto& random = this->random_;
+  Bodies<S> bodies{DeformableMesh<S>(plate<S>(8, 8)), DeformableMesh<S>(plate<S>(8, 8)), true};
+  ContactSetRequest<S> request;
+  request.distance = S(0.2);
+  ContactSet<S> set(bodies.first, request);
+  set.update();
+  ContactSet<S> copy(set);
+  const auto before = copy.triangles().pairs;
+  moveVertices(bodies.first, [&](auto& p) { p += random.point() * S(0.05); });
+  set.update();
+  EXPECT_EQ(before, copy.triangles().pairs);
+  EXPECT_NE(before, set.triangles().pairs);
+  copy.update();
+  EXPECT_EQ(set.triangles().pairs, copy.triangles().pairs);
+  ContactSet<S> moved(std::move(copy));
+  moveVertices(bodies.first, [&](auto& p) { p += random.point() * S(0.01); });
+  moved.update();
+  set.update();
+  EXPECT_EQ(set.triangles().pairs, moved.triangles().pairs);
+}
+
+/// Another mesh with other triangles takes the place of the first.
+TYPED_TEST(ContactSets, RemoveThePairsOfOtherTriangles) {
+  using S = TypeParam;
+  Bodies<S> bodies{DeformableMesh<S>(plate<S>(5, 5)), DeformableMesh<S>(plate<S>(4, 7)), false};
+  ContactSetRequest<S> request;
+  request.distance = S(0.1);
+  ContactSet<S> set = bodies.set(request);
+  Follower follower(set);
+  bodies.update(set);
+  follower.follow(set);
+  const std::size_t before = set.size();
+  bodies.first = DeformableMesh<S>(plate<S>(6, 3));
+  bodies.update(set);
+  EXPECT_EQ(before, set.triangles().removed.size());
+  follower.follow(set);
+  EXPECT_EQ(bodies.pairs(request), follower.pairs());
+}
+
+TYPED_TEST(ContactSets, RefuseWhatIsNotARequestAndChangeNothing) {
+  using S = TypeParam;
+  const DeformableMesh<S> mesh(plate<S>(4, 4));
+  ContactSetRequest<S> request;
+  for (const S distance : {S(-1), std::numeric_limits<S>::quiet_NaN()}) {
+    request.distance = distance;
+    EXPECT_THROW(ContactSet<S>(mesh, request), std::invalid_argument);
+  }
+  request.distance = S(0.1);
+  request.filter = NeighbourFilter::BeyondShared;
+  EXPECT_THROW(ContactSet<S>(mesh, request), std::invalid_argument);
+  request.filter = NeighbourFilter::SharedVertex;
+  const Pairs unsorted = {{2, 3}, {1, 2}}, reversed = {{3, 2}};
+  request.triangles.list = &unsorted;
+  EXPECT_THROW(ContactSet<S>(mesh, mesh, request), std::invalid_argument);
+  request.triangles.list = &reversed;
+  EXPECT_NO_THROW(ContactSet<S>(mesh, mesh, request));
+  EXPECT_THROW(ContactSet<S>(mesh, request), std::invalid_argument);
+  request.triangles.list = nullptr;
+  ContactSet<S> set(mesh, mesh, request), own(mesh, request);
+  EXPECT_EQ(0u, set.size());
+  EXPECT_GT(set.update(), 0u);
+  const auto before = set.triangles().added;
+  fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
+  EXPECT_THROW(own.update(tf, tf), std::logic_error);
+  tf.linear() *= 2;
+  EXPECT_THROW(set.update(tf, tf), std::invalid_argument);
+  EXPECT_EQ(before, set.triangles().added);
+  adaptive_bvh::FeatureDetails<S> details;
+  EXPECT_THROW(set.details({unsigned(set.triangles().pairs.size())}, details),
+               std::invalid_argument);
+  EXPECT_THROW(set.details(FeatureKind::EdgeEdge, {0}, details), std::invalid_argument);
+}
+
+/// A filter that throws ends the update; the set stays, and the next update is right.
+TYPED_TEST(ContactSets, SurviveAFilterThatThrows) {
+  using S = TypeParam;
+  auto& random = this->random_;
+  Bodies<S> bodies{DeformableMesh<S>(plate<S>(8, 8)), DeformableMesh<S>(plate<S>(8, 8)), true};
+  ContactSetRequest<S> request;
+  request.distance = S(0.1);
+  bool throws = false;
+  request.triangles.test = [&](unsigned, unsigned) {
+    if (throws) throw std::runtime_error("as the caller wants");
+    return false;
+  };
+  ContactSet<S> set(bodies.first, request);
+  Follower follower(set);
+  for (int step = 0; step < 20; ++step) {
+    moveVertices(bodies.first, [&](auto& p) { p += random.point() * S(0.02); });
+    const auto before = set.triangles().pairs;
+    const auto added = set.triangles().added;
+    throws = true;
+    EXPECT_THROW(set.update(), std::runtime_error);
+    EXPECT_EQ(before, set.triangles().pairs);
+    EXPECT_EQ(added, set.triangles().added);
+    throws = false;
+    set.update();
+    follower.follow(set);
+    ASSERT_EQ(bodies.pairs(request), follower.pairs());
+  }
+}
+
+/// Distances and points are those of the queries.
+TYPED_TEST(ContactSets, GiveDetailsOfPairs) {
+  using S = TypeParam;
+  auto& random = this->random_;
+  const DeformableMesh<S> first(gridBall<S>(12, 8)), second(gridBall<S>(10, 9));
+  const fcl::Transform3<S> tf1 = random.pose(1);
+  fcl::Transform3<S> tf2 = tf1;
+  tf2.translation() += Vector3<S>(S(0.4), S(0.3), S(1.6));
+  ContactSetRequest<S> request;
+  request.distance = S(0.3);
+  ContactSet<S> set(first, second, request);
+  set.update(tf1, tf2);
+  std::vector<unsigned> numbers;
+  set.triangles().list(numbers);
+  std::reverse(numbers.begin(), numbers.end());
+  adaptive_bvh::FeatureDetails<S> details;
+  set.details(numbers, details);
+  adaptive_bvh::ProximityRequest<S> all;
+  all.distance = S(0.3);
+  all.enable_distances = all.enable_nearest_points = true;
+  adaptive_bvh::TrianglePairs<S> found;
+  ASSERT_GT(pairsWithin(first, tf1, second, tf2, all, found), 10u);
+  ASSERT_EQ(found.size(), details.distances.size());
+  std::map<FeaturePair, std::size_t> index;
+  for (std::size_t i = 0; i < found.size(); ++i) index[found.triangles[i]] = i;
+  int touching = 0;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const std::size_t at = index.at(set.triangles().pairs[numbers[i]]);
+    EXPECT_EQ(found.distances[at], details.distances[i]);
+    EXPECT_EQ(found.nearest_points[at], details.nearest_points[i]);
+    EXPECT_NEAR(1, details.normals[i].norm(), 1e-5);
+    touching += details.distances[i] == 0;
+    if (details.distances[i] < S(1e-3)) continue;
+    const Vector3<S> between = details.nearest_points[i][1] - details.nearest_points[i][0];
+    EXPECT_LT((between.normalized() - details.normals[i]).norm(), S(1e-3));
+  }
+  EXPECT_GT(touching, 3);
+  request.elements = ContactElements::Features;
+  request.distance = S(0.1);
+  ContactSet<S> features(first, second, request);
+  features.update(tf1, tf2);
+  for (const FeatureKind kind :
+       {FeatureKind::VertexFace, FeatureKind::FaceVertex, FeatureKind::EdgeEdge}) {
+    features.features(kind).list(numbers);
+    ASSERT_GT(numbers.size(), 3u);
+    FeaturePairs pairs;
+    auto& list = kind == FeatureKind::VertexFace   ? pairs.vertex_face
+                 : kind == FeatureKind::FaceVertex ? pairs.face_vertex
+                                                   : pairs.edge_edge;
+    for (const unsigned n : numbers) list.push_back(features.features(kind).pairs[n]);
+    adaptive_bvh::FeaturePairDetails<S> expected;
+    featurePairDetails(first, tf1, second, tf2, pairs, expected);
+    const auto& of_kind = kind == FeatureKind::VertexFace   ? expected.vertex_face
+                          : kind == FeatureKind::FaceVertex ? expected.face_vertex
+                                                            : expected.edge_edge;
+    features.details(kind, numbers, details);
+    EXPECT_EQ(of_kind.distances, details.distances);
+    EXPECT_EQ(of_kind.nearest_points, details.nearest_points);
+    EXPECT_EQ(of_kind.normals, details.normals);
+  }
+}
+
+/// Contacts step after step, of a set whose distance is 0 or more.
+TYPED_TEST(ContactSets, GiveTheContactsOfCollide) {
+  using S = TypeParam;
+  auto& random = this->random_;
+  using Contacts = std::set<std::tuple<int, int, S, S, S, S>>;
+  const auto read = [](const fcl::CollisionResult<S>& result) {
+    Contacts contacts;
+    for (std::size_t i = 0; i < result.numContacts(); ++i) {
+      const auto& c = result.getContact(i);
+      contacts.insert({int(c.b1), int(c.b2), c.pos[0], c.pos[1], c.normal[2], c.penetration_depth});
+    }
+    return contacts;
+  };
+  const fcl::CollisionRequest<S> all(100000, true);
+  for (const S distance : {S(0), S(0.05)})
+    for (const bool is_self : {false, true}) {
+      Bodies<S> bodies{DeformableMesh<S>(gridBall<S>(12, 10)), DeformableMesh<S>(gridBall<S>(9, 9)),
+                       is_self};
+      bodies.tf2.translation() = Vector3<S>(S(0.1), S(0.3), S(0.9));
+      ContactSetRequest<S> request;
+      request.distance = distance;
+      ContactSet<S> set = bodies.set(request);
+      std::size_t most = 0;
+      for (int step = 0; step < 12; ++step) {
+        moveVertices(bodies.first, [&](auto& p) { p += random.point() * S(0.05); });
+        bodies.tf2.translation()[2] -= S(0.01);
+        bodies.update(set);
+        fcl::CollisionResult<S> expected, found;
+        is_self ? selfCollide(bodies.first, all, expected)
+                : adaptive_bvh::collide<S>(&bodies.first, bodies.tf1, &bodies.second, bodies.tf2,
+                                           all, expected);
+        set.contacts(all, found);
+        ASSERT_EQ(expected.numContacts(), found.numContacts());
+        ASSERT_EQ(read(expected), read(found));
+        most = std::max(most, found.numContacts());
+      }
+      EXPECT_GT(most, 10u);
+    }
+}
+
+template <typename S>
+class SceneContactSets : public ContactSets<S> {
+ protected:
+  /// By pairs of bodies.
+  using ByBodies = std::map<std::pair<unsigned, unsigned>, AllPairs>;
+
+  static ByBodies query(const Scene<S>& scene, const ContactSetRequest<S>& request) {
+    ByBodies all;
+    if (request.elements == ContactElements::Features) {
+      adaptive_bvh::SceneFeaturePairs found;
+      scene.featurePairsWithin(request.distance, found);
+      const Pairs FeaturePairs::*kinds[] = {&FeaturePairs::vertex_face, &FeaturePairs::face_vertex,
+                                            &FeaturePairs::edge_edge};
+      for (std::size_t i = 0; i < found.pairs.size(); ++i)
+        for (std::size_t k = 0; k < 3; ++k) {
+          const Pairs& list = found.found.*kinds[k];
+          all[{found.pairs[i].first, found.pairs[i].second}][k].assign(
+              list.begin() + std::ptrdiff_t(found.offsets[i][k]),
+              list.begin() + std::ptrdiff_t(found.offsets[i + 1][k]));
+        }
+    } else {
+      adaptive_bvh::ProximityRequest<S> of;
+      of.distance = request.distance;
+      adaptive_bvh::SceneTrianglePairs<S> found;
+      scene.pairsWithin(of, found);
+      for (std::size_t i = 0; i < found.pairs.size(); ++i)
+        all[{found.pairs[i].first, found.pairs[i].second}][0].assign(
+            found.found.triangles.begin() + std::ptrdiff_t(found.offsets[i]),
+            found.found.triangles.begin() + std::ptrdiff_t(found.offsets[i + 1]));
+    }
+    for (auto& entry : all) entry.second = sorted(entry.second);
+    return all;
+  }
+  static ByBodies held(const ContactSet<S>& set) {
+    ByBodies all;
+    for (unsigned k = 0; k < 3; ++k) {
+      const NumberedPairs& list = Follower::listOf(set, k);
+      for (unsigned n = 0; n < list.pairs.size(); ++n)
+        if (list.contains(n))
+          all[{list.bodies[n].first, list.bodies[n].second}][k].push_back(list.pairs[n]);
+    }
+    for (auto& entry : all) entry.second = sorted(entry.second);
+    return all;
+  }
+};
+TYPED_TEST_SUITE(SceneContactSets, MeshScalars);
+
+/// Bodies that move, deform, come and go, are ignored and counted again.
+TYPED_TEST(SceneContactSets, AreThoseOfNewQueriesInEveryStep) {
+  using S = TypeParam;
+  auto& random = this->random_;
+  for (int history = 0; history < manySteps(30); ++history) {
+    std::vector<std::shared_ptr<DeformableMesh<S>>> meshes;
+    Scene<S> scene;
+    std::vector<adaptive_bvh::BodyId> ids;
+    const auto addBody = [&] {
+      if (meshes.empty() || !random.oneIn(4))
+        meshes.push_back(std::make_shared<DeformableMesh<S>>(gridBall<S>(8, 6)));
+      adaptive_bvh::BodyOptions options;
+      options.self_collision = random.oneIn(3);
+      fcl::Transform3<S> tf = random.pose(0);
+      tf.translation() = random.point() * S(1.5);
+      ids.push_back(scene.add(meshes[std::size_t(random.below(int(meshes.size())))], tf, options));
+    };
+    for (int i = 0; i < 5; ++i) addBody();
+    ContactSetRequest<S> request;
+    request.distance = S(random.uniform(0, S(0.4)));
+    if (random.oneIn(2)) request.elements = ContactElements::Features;
+    ContactSet<S> set(scene, request);
+    EXPECT_THROW(set.update(), std::logic_error) << "the scene was not updated";
+    Follower follower(set);
+    const S speed = random.size(-3, -0.5);
+    for (int step = 0; step < 25; ++step) {
+      const auto anyId = [&] { return ids[std::size_t(random.below(int(ids.size())))]; };
+      switch (random.below(8)) {
+        case 0: addBody(); break;
+        case 1:
+          if (ids.size() > 3) {
+            scene.remove(ids.back());
+            ids.pop_back();
+          }
+          break;
+        case 2: scene.ignore(anyId(), anyId()); break;
+        case 3: scene.unignore(anyId(), anyId()); break;
+        case 4:
+        case 5: {
+          auto& mesh = *meshes[std::size_t(random.below(int(meshes.size())))];
+          moveVertices(mesh, [&](auto& p) { p += random.point() * speed; });
+          break;
+        }
+        case 6: break;
+        default:
+          for (int k = 0; k < 2; ++k) {
+            const auto id = anyId();
+            fcl::Transform3<S> tf = scene.transform(id);
+            tf.translation() += random.point() * speed;
+            scene.setTransform(id, tf);
+          }
+      }
+      if (random.oneIn(4)) scene.setThreads(1 + random.below(3));
+      scene.update();
+      set.update();
+      follower.follow(set);
+      if (this->HasFailure()) return;
+      const auto expected = this->query(scene, request);
+      ASSERT_EQ(expected, this->held(set)) << history << " " << step;
+      set.update();
+      EXPECT_TRUE(Follower::listOf(set, 0).added.empty() && Follower::listOf(set, 0).removed.empty());
+      if (random.oneIn(6)) {
+        adaptive_bvh::Renumbering moved;
+        set.compact(moved);
+        follower.renumber(moved, request.elements == ContactElements::Features);
+        ASSERT_EQ(expected, this->held(set));
+      }
+    }
+  }
+}
+
+}  // namespace contact_set_test
+}  // namespace adaptive_bvh_test
