@@ -12,6 +12,7 @@
 #include <fcl/narrowphase/contact.h>
 
 #include "adaptive_bvh/continuous_collision.h"
+#include "adaptive_bvh/motion_clearance.h"
 #include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
@@ -205,6 +206,22 @@ template <typename S>
 struct SceneAccess;
 }
 
+/// Two bodies and their least distance over the step.
+struct SceneClearance {
+  BodyPair bodies = {0, 0};   ///< the body of the call comes first
+  MotionClearance clearance;  ///< triangles and points in the order of the bodies
+
+  /// Whether there is a pair.
+  bool exists() const { return clearance.exists(); }
+};
+
+/// The times at which pairs of bodies are nearer than a clearance.
+struct SceneIntervals {
+  std::vector<BodyPair> pairs;        ///< pairs with at least one interval
+  std::vector<std::size_t> offsets;   ///< pair i has intervals[offsets[i]] to [offsets[i + 1]]
+  std::vector<MotionInterval> found;  ///< of all pairs of bodies, one after the other
+};
+
 /// Bodies and their queries; \ref scene.h describes currency, order, frames, errors and threads.
 template <typename S>
 class Scene {
@@ -330,6 +347,27 @@ class Scene {
     const double time = earliestImpact(separation).impact.time;
     return time < 1 ? time : 1;
   }
+
+  // ---- The clearance over the step (motion_clearance.h)
+
+  /// Returns the body that comes nearest to `body` during the step, which is the motion of
+  /// earliestImpact, and their least distance. The bounds differ by at most `tolerance`, and all
+  /// other bodies stay at least `upper` - `tolerance` away. With FramePath::Screw, bodies go from
+  /// one transform to the other on screws. Throws like adaptive_bvh::leastDistance, and
+  /// std::invalid_argument if the body may pair with an octree. Pairs of two planes or half-spaces
+  /// are left out.
+  SceneClearance leastDistance(BodyId body, double tolerance,
+                               FramePath path = FramePath::Straight) const;
+  /// Finds the k bodies that come nearest to `body`, by increasing upper bound, then id; fewer if
+  /// there are fewer. All others stay at least the last upper bound less `tolerance` away.
+  void leastDistances(BodyId body, std::size_t k, double tolerance,
+                      std::vector<SceneClearance>& result,
+                      FramePath path = FramePath::Straight) const;
+  /// Finds all pairs of bodies that come nearer than `clearance`, and when: as
+  /// adaptive_bvh::intervalsBelow does for each pair. Returns the number of pairs; `result` is
+  /// overwritten. Bodies with themselves are left out.
+  std::size_t intervalsBelow(double clearance, double tolerance, SceneIntervals& result,
+                             FramePath path = FramePath::Straight) const;
 
   // ---- Rays
 

@@ -325,6 +325,24 @@ SceneImpact Scene<S>::earliestImpact(double separation) const {
   return state_->scene.earliestImpact(separation);
 }
 
+template <typename S>
+SceneClearance Scene<S>::leastDistance(BodyId body, double tolerance, FramePath path) const {
+  return state_->scene.leastDistance(body, tolerance, path);
+}
+
+template <typename S>
+void Scene<S>::leastDistances(BodyId body, std::size_t k, double tolerance,
+                              std::vector<SceneClearance>& result, FramePath path) const {
+  state_->scene.leastDistances(body, k, tolerance, path, result);
+}
+
+template <typename S>
+std::size_t Scene<S>::intervalsBelow(double clearance, double tolerance, SceneIntervals& result,
+                                     FramePath path) const {
+  state_->scene.intervalsBelow(clearance, tolerance, path, result);
+  return result.pairs.size();
+}
+
 template class Scene<float>;
 template class Scene<double>;
 template struct detail::SceneAccess<float>;

@@ -177,50 +177,63 @@ Impact impactOf(const SweptBody& a, const SweptBody& b, double separation) {
   return findEarliestImpact(first.with(second, separation));
 }
 
-/// Memory of earliestImpact, reused from call to call.
+/// Memory of findSweptPairs, reused from call to call.
 struct SweptBodies {
-  std::vector<WorldBox> all_boxes;           ///< by index of the body
   std::vector<unsigned> bounded, unbounded;  ///< indices of bodies
   std::vector<WorldBox> boxes;               ///< of the bounded bodies
   BodyTree tree;
-  std::vector<BodyPair> pairs;
+};
+
+/// Memory of earliestImpact, reused from call to call.
+struct ImpactMemory {
+  std::vector<WorldBox> boxes;  ///< by index of the body
+  std::vector<BodyPair> pairs, with_themselves;
   std::vector<Impact> impacts;  ///< by pair
 };
 
 }  // namespace
 
-SceneImpact SceneState::earliestImpact(double separation) const {
-  requireSeparation(separation);
-  requireCurrent();
+void SceneState::findSweptPairs(const std::vector<WorldBox>& all_boxes, double distance,
+                                std::vector<BodyPair>& pairs) const {
   const Leased<SweptBodies> memory;
   SweptBodies& swept = *memory;
-  swept.all_boxes.clear();
   swept.bounded.clear();
   swept.unbounded.clear();
   swept.boxes.clear();
-  swept.pairs.clear();
+  pairs.clear();
   for (unsigned i = 0; i < bodies.size(); ++i) {
-    const Body& body = bodies[i];
-    if (body.options.self_collision) swept.pairs.push_back({i, i});
-    const WorldBox box = sweptBoxOf(body, turnError());
-    swept.all_boxes.push_back(box);
-    (box.isBounded() ? swept.bounded : swept.unbounded).push_back(i);
-    if (box.isBounded()) swept.boxes.push_back(box);
+    (all_boxes[i].isBounded() ? swept.bounded : swept.unbounded).push_back(i);
+    if (all_boxes[i].isBounded()) swept.boxes.push_back(all_boxes[i]);
   }
   const auto add = [&](unsigned a, unsigned b) {
-    if (admits(bodies[a], bodies[b])) swept.pairs.push_back({std::min(a, b), std::max(a, b)});
+    if (admits(bodies[a], bodies[b])) pairs.push_back({std::min(a, b), std::max(a, b)});
   };
   if (!swept.boxes.empty()) {
     swept.tree.update(swept.boxes);
-    swept.tree.forEachPair(slack(separation), [&](unsigned i, unsigned j) {
-      add(swept.bounded[i], swept.bounded[j]);
-    });
+    swept.tree.forEachPair(
+        slack(distance), [&](unsigned i, unsigned j) { add(swept.bounded[i], swept.bounded[j]); });
   }
   for (const unsigned a : swept.unbounded) {
     for (const unsigned b : swept.bounded) add(a, b);
     for (const unsigned b : swept.unbounded)
       if (b < a) add(a, b);
   }
+  std::sort(pairs.begin(), pairs.end());
+}
+
+SceneImpact SceneState::earliestImpact(double separation) const {
+  requireSeparation(separation);
+  requireCurrent();
+  const Leased<ImpactMemory> memory;
+  ImpactMemory& swept = *memory;
+  swept.boxes.clear();
+  swept.with_themselves.clear();
+  for (unsigned i = 0; i < bodies.size(); ++i) {
+    swept.boxes.push_back(sweptBoxOf(bodies[i], turnError()));
+    if (bodies[i].options.self_collision) swept.with_themselves.push_back({i, i});
+  }
+  findSweptPairs(swept.boxes, separation, swept.pairs);
+  swept.pairs.insert(swept.pairs.end(), swept.with_themselves.begin(), swept.with_themselves.end());
   std::sort(swept.pairs.begin(), swept.pairs.end());
   swept.impacts.assign(swept.pairs.size(), Impact());
   const TaskPool pool(swept.pairs.size() > 1 ? threads : 1);
@@ -228,7 +241,7 @@ SceneImpact SceneState::earliestImpact(double separation) const {
     const auto pair = static_cast<std::size_t>(task);
     const auto [a, b] = swept.pairs[pair];
     swept.impacts[pair] =
-        impactOf({bodies[a], swept.all_boxes[a]}, {bodies[b], swept.all_boxes[b]}, separation);
+        impactOf({bodies[a], swept.boxes[a]}, {bodies[b], swept.boxes[b]}, separation);
   });
   SceneImpact best;
   for (std::size_t i = 0; i < swept.pairs.size(); ++i) {

@@ -74,6 +74,11 @@ struct SceneState {
   /// Inserts pairs (i, i) of the bodies with self_collision into sorted pairs of indices.
   void addSelfPairs(std::vector<BodyPair>& pairs) const;
 
+  /// Finds the admitted pairs of bodies whose boxes, by index, are at most `distance` apart, or
+  /// unbounded; sorted pairs of indices.
+  void findSweptPairs(const std::vector<WorldBox>& all_boxes, double distance,
+                      std::vector<BodyPair>& pairs) const;
+
   // ---- Queries
 
   void collisions(const SceneCollisionRequest& request, SceneCollisions<double>& result) const;
@@ -91,6 +96,11 @@ struct SceneState {
   void firstHits(const fcl::Vector3d* origins, const fcl::Vector3d* directions, std::size_t count,
                  const RayRange<double>& range, std::vector<SceneRayHit<double>>& result) const;
   SceneImpact earliestImpact(double separation) const;
+  SceneClearance leastDistance(BodyId body, double tolerance, FramePath path) const;
+  void leastDistances(BodyId body, std::size_t k, double tolerance, FramePath path,
+                      std::vector<SceneClearance>& result) const;
+  void intervalsBelow(double clearance, double tolerance, FramePath path,
+                      SceneIntervals& result) const;
 
  private:
   std::vector<Body>::const_iterator find(BodyId id) const;

@@ -48,6 +48,9 @@ Point of(const Eigen::Matrix<S, 3, 1>& p) {
   return {Real(p[0]), Real(p[1]), Real(p[2])};
 }
 
+/// Squared sines up to this are rounding of positions that were computed in quadruple precision.
+constexpr Real kParallel = 1e-56;
+
 inline Real squaredDistance(const Point& x, const Point& a, const Point& b) {
   const Point u = b - a;
   const Real square = dot(u, u);
@@ -60,9 +63,9 @@ inline Real squaredDistance(const Point& x, const Triangle& t) {
   Real least = squaredDistance(x, t[0], t[1]);
   least = std::min(least, squaredDistance(x, t[1], t[2]));
   least = std::min(least, squaredDistance(x, t[2], t[0]));
-  const Point normal = cross(t[1] - t[0], t[2] - t[0]);
+  const Point u = t[1] - t[0], v = t[2] - t[0], normal = cross(u, v);
   const Real square = dot(normal, normal);
-  if (!(square > 0)) return least;
+  if (!(square > kParallel * dot(u, u) * dot(v, v))) return least;
   for (std::size_t k = 0; k < 3; ++k)
     if (dot(normal, cross(t[(k + 1) % 3] - t[k], x - t[k])) < 0) return least;
   const Real height = dot(normal, x - t[0]);
@@ -72,7 +75,7 @@ inline Real squaredDistance(const Point& x, const Triangle& t) {
 inline Real squaredDistanceInside(const Point& a, const Point& b, const Point& c, const Point& d) {
   const Point u = b - a, v = d - c, w = c - a, normal = cross(u, v);
   const Real square = dot(normal, normal);
-  if (!(square > 0)) return Real(-1);
+  if (!(square > kParallel * dot(u, u) * dot(v, v))) return Real(-1);
   const Real s = dot(cross(w, v), normal) / square, t = dot(cross(w, u), normal) / square;
   if (s < 0 || s > 1 || t < 0 || t > 1) return Real(-1);
   const Real height = dot(w, normal);

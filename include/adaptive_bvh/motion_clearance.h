@@ -1,0 +1,156 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "adaptive_bvh/continuous_collision.h"
+#include "adaptive_bvh/surface_neighbourhood.h"
+
+/// \file
+/// Clearance over a whole motion: how near two moving bodies come between t = 0 and t = 1, when and
+/// where; the times at which they are nearer than a clearance; the same of one mesh with itself.
+///
+///     using adaptive_bvh::Motion;
+///     const auto least = adaptive_bvh::leastDistance(Motion(hose, before, after), Motion(part,
+///     ...),
+///                                                   1e-5);
+///     if (least.lower < 5e-3) std::cout << "at t = " << least.time;
+///
+/// **Motions.** Vertices of a mesh move on straight lines in the world, as in
+/// continuous_collision.h. So do the points of a shape; of a plane or half-space, the normal and
+/// the offset change evenly. With FramePath::Screw the frame of a body turns at a constant rate
+/// about an axis, and moves along it at a constant speed: bodies that turn keep their shape.
+/// Vertices may move in that frame, too, on straight lines.
+///
+/// **Answers** are bounds that hold for every time from 0 to 1, not for a sample of times, despite
+/// rounding (docs/bounds.md, 22). The lower and the upper bound differ by at most the tolerance.
+/// Whether two parts meet is decided for the corners as rounded to double precision. Surfaces are
+/// compared: a mesh inside of another one is not found; shapes are filled.
+///
+/// **Cost.** A walk over both trees that finds the pairs of triangles which may be nearest at some
+/// time; a pair is then followed in time, along planes between its parts. Meshes that do not deform
+/// need no other preparation; for the others, boxes are made for the call. If bodies are about as
+/// near everywhere (a shaft that turns in its sleeve), a hundredth of the tolerance costs ten times
+/// as much.
+///
+/// **Units and frames.** Lengths and points are in the world, in double precision for meshes of
+/// either precision.
+///
+/// **Errors.** std::invalid_argument like continuous_collision.h; if a tolerance is not above 1e-12
+/// of the coordinates of the bodies, or not finite; if a clearance is negative or not finite; if a
+/// geometry is neither a DeformableMesh nor a shape; if both are planes or half-spaces.
+///
+/// **Threads.** Thread-safe on shared meshes. A query runs on the calling thread.
+namespace adaptive_bvh {
+
+/// How the frame of a body goes from one transform to another.
+enum class FramePath {
+  Straight,  ///< each point on a straight line in the world: a body that turns shrinks in between
+  /// Turning about an axis by at most half a turn, and moving along the axis. The rotation is the
+  /// one nearest to the rotation between both transforms; rounding decides the direction of half a
+  /// turn.
+  Screw,
+};
+
+/// The motion of a mesh or a shape. Refers to both, and to the positions.
+template <typename S>
+struct BodyMotion {
+  using Geometry = fcl::CollisionGeometry<S>;  ///< a DeformableMesh, or a shape of FCL's
+  using Transform = fcl::Transform3<S>;        ///< places the body in the world
+
+  /// A mesh that may deform.
+  BodyMotion(const Motion<S>& mesh_motion, FramePath frame_path = FramePath::Straight)
+      : mesh(mesh_motion),
+        start_tf(mesh_motion.start_tf),
+        end_tf(mesh_motion.end_tf),
+        path(frame_path) {}
+  /// A mesh with its present positions, or a shape.
+  BodyMotion(const Geometry& moving, const Transform& from_tf, const Transform& to_tf,
+             FramePath frame_path = FramePath::Straight)
+      : geometry(&moving), start_tf(from_tf), end_tf(to_tf), path(frame_path) {}
+
+  std::optional<Motion<S>> mesh;       ///< if vertices may move in the frame
+  const Geometry* geometry = nullptr;  ///< if not
+  Transform start_tf;                  ///< at t = 0
+  Transform end_tf;                    ///< at t = 1
+  FramePath path;                      ///< between both
+};
+
+/// The least distance of two bodies over a motion.
+struct MotionClearance {
+  /// The bodies are at least so far apart at all times. 0 if they meet.
+  double lower = std::numeric_limits<double>::infinity();
+  /// At `time` they are at most so far apart. 0 if they meet; infinite if there is no pair of
+  /// parts.
+  double upper = std::numeric_limits<double>::infinity();
+  /// When that is. If they meet, the time of the first impact: before it they are apart; at it they
+  /// meet, or are nearer than 1e-10 of their coordinates (1e-7 for shapes).
+  double time = 0;
+  /// The triangles that are so near: of the first body and of the second; -1 for a shape.
+  std::array<int, 2> triangles = {-1, -1};
+  /// Nearest points of these at `time`.
+  std::array<fcl::Vector3d, 2> points = {
+      fcl::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()),
+      fcl::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN())};
+  std::size_t box_tests = 0;   ///< work: pairs of nodes that were compared
+  std::size_t pair_times = 0;  ///< work: distances of two parts at one time
+
+  /// Whether the bodies meet.
+  bool meet() const { return upper == 0; }
+  /// Whether there is a pair of parts.
+  bool exists() const { return upper < std::numeric_limits<double>::infinity(); }
+};
+
+/// Part of a motion.
+struct MotionInterval {
+  double begin;  ///< from 0 to 1
+  double end;    ///< not before `begin`
+};
+
+/// Returns the least distance of two bodies over their motions.
+template <typename S>
+MotionClearance leastDistance(const BodyMotion<S>& first, const BodyMotion<S>& second,
+                              double tolerance);
+/// Of two meshes whose vertices move on straight lines.
+template <typename S>
+MotionClearance leastDistance(const Motion<S>& first, const Motion<S>& second, double tolerance) {
+  return leastDistance(BodyMotion<S>(first), BodyMotion<S>(second), tolerance);
+}
+
+/// Finds the times at which two bodies are nearer than `clearance`: disjoint intervals in order.
+/// Outside of them the bodies are at least `clearance` apart. At every time inside they are at most
+/// `clearance` + `tolerance` apart. `intervals` is overwritten.
+template <typename S>
+void intervalsBelow(const BodyMotion<S>& first, const BodyMotion<S>& second, double clearance,
+                    double tolerance, std::vector<MotionInterval>& intervals);
+
+/// Returns the least distance of a mesh to itself over its motion: of all pairs of triangles
+/// without a common vertex that `left_out` does not contain, and `ignored` does not leave out.
+template <typename S>
+MotionClearance leastSelfDistance(const BodyMotion<S>& mesh, const SurfaceNeighbourhood& left_out,
+                                  double tolerance, const IgnoredPairs& ignored = IgnoredPairs());
+/// Of a mesh whose vertices move on straight lines.
+template <typename S>
+MotionClearance leastSelfDistance(const Motion<S>& mesh, const SurfaceNeighbourhood& left_out,
+                                  double tolerance, const IgnoredPairs& ignored = IgnoredPairs()) {
+  return leastSelfDistance(BodyMotion<S>(mesh), left_out, tolerance, ignored);
+}
+/// Of a mesh at its present positions, in its own frame.
+template <typename S>
+MotionClearance leastSelfDistance(const DeformableMesh<S>& mesh,
+                                  const SurfaceNeighbourhood& left_out, double tolerance,
+                                  const IgnoredPairs& ignored = IgnoredPairs()) {
+  const fcl::Transform3<S> identity = fcl::Transform3<S>::Identity();
+  return leastSelfDistance(BodyMotion<S>(mesh, identity, identity), left_out, tolerance, ignored);
+}
+
+/// Finds the times at which a mesh is nearer to itself than `clearance`, as for two bodies.
+template <typename S>
+void selfIntervalsBelow(const BodyMotion<S>& mesh, const SurfaceNeighbourhood& left_out,
+                        double clearance, double tolerance, std::vector<MotionInterval>& intervals,
+                        const IgnoredPairs& ignored = IgnoredPairs());
+
+}  // namespace adaptive_bvh

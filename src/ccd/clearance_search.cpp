@@ -1,0 +1,244 @@
+// The least distance over a motion: branch and bound in space and time. First the walk finds pairs
+// of parts, then each pair is followed in time.
+#include "ccd/clearance_search.h"
+
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+
+#include "base/leased.h"
+#include "ccd/clearance_intervals.h"
+#include "ccd/pair_in_time.h"
+#include "query/pair_filter.h"
+
+namespace adaptive_bvh {
+namespace {
+
+using Vector = fcl::Vector3d;
+
+std::string textOf(double number) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", number);
+  return text;
+}
+
+/// The index of a triangle, given by its leaf index; -1 for a shape.
+int indexOfPart(const MovingBody& body, unsigned part) {
+  return body.mesh() ? body.mesh()->tree.triangle(part) : -1;
+}
+
+/// Whether a body stands still.
+bool isStill(const MovingBody& body) {
+  const FrameAt from = body.frame().at(0), to = body.frame().at(1);
+  return body.isUndeformed() && body.frame().isRigid() && from.linear == to.linear &&
+         from.translation == to.translation;
+}
+
+/// The goal of MotionWalk that lowers an upper bound of the least distance.
+template <typename Pair>
+class LeastDistance {
+ public:
+  LeastDistance(const ClearanceQuery& query, MotionClearance& best)
+      : query_(query),
+        best_(best),
+        is_still_(isStill(query.first.body) && isStill(query.second.body)) {}
+
+  double limit() const { return best_.upper - query_.tolerance; }
+  const Vector& direction() const { return direction_; }
+  static bool admits(double) { return true; }
+  bool isDone() const { return !(limit() > 0); }
+
+  void leaf(unsigned i, unsigned j, double begin, double end) {
+    if (isLeftOut(query_, i, j)) return;
+    const Pair pair(query_.first.body, query_.second.body, {i, j});
+    const typename Pair::At a = pair.at(begin);
+    if (is_still_) {
+      if (!isApart(pair, a, a)) sample(pair, {i, j}, a);
+      return;
+    }
+    const typename Pair::At b = pair.at(end);
+    if (isApart(pair, a, b)) return;
+    const Sample at_begin = sample(pair, {i, j}, a);
+    const Sample at_end = sample(pair, {i, j}, b);
+    follow(pair, {i, j}, at_begin, at_end);
+  }
+
+  bool isImproved() const { return is_improved_; }
+  /// A lower bound of all that was left undivided.
+  double unresolved() const { return unresolved_; }
+
+ private:
+  using Sample = PairSample<Pair>;
+
+  bool isApart(const Pair& pair, const typename Pair::At& a, const typename Pair::At& b) const {
+    return isApartAlong(pair, a, b, direction_, limit()) || isApartByGuess(pair, a, b, limit());
+  }
+  /// Computes the distance at a time, and keeps it if it is smaller.
+  Sample sample(const Pair& pair, const PartNumbers& parts, const typename Pair::At& at) {
+    Sample found(pair, at);
+    ++best_.pair_times;
+    const double distance = found.gap.distance;
+    const double upper = distance > 0 ? distance + pair.gapError(distance) : 0;
+    if (upper < best_.upper) {
+      best_.upper = upper;
+      best_.time = at.t;
+      best_.triangles = {indexOfPart(query_.first.body, parts.first),
+                         indexOfPart(query_.second.body, parts.second)};
+      best_.points = {found.gap.points.first, found.gap.points.second};
+      direction_ = found.normal;
+      is_improved_ = true;
+    }
+    return found;
+  }
+  /// Divides the time between two samples until the pair is known to be farther than the limit.
+  void follow(const Pair& pair, const PartNumbers& parts, const Sample& a, const Sample& b) {
+    if (isDone()) return;
+    const TimeBound bound = boundBetween(pair, a, b);
+    if (bound.lower >= limit()) return;
+    if (b.at.t - a.at.t < kShortestTime) {
+      unresolved_ = std::min(unresolved_, bound.lower);
+      return;
+    }
+    const Sample middle = sample(pair, parts, pair.at(bound.time));
+    follow(pair, parts, a, middle);
+    follow(pair, parts, middle, b);
+  }
+
+  const ClearanceQuery& query_;
+  MotionClearance& best_;
+  const bool is_still_;
+  Vector direction_ = Vector::Zero();  ///< between the nearest points so far
+  bool is_improved_ = false;
+  double unresolved_ = std::numeric_limits<double>::infinity();
+};
+
+/// The goal of MotionWalk that finds the first impact, not later than best.time if best.upper is 0.
+template <typename Pair>
+class FirstImpact {
+ public:
+  FirstImpact(const ClearanceQuery& query, MotionClearance& best)
+      : query_(query), best_(best), latest_(best.meet() ? best.time : 1) {}
+
+  static double limit() { return 0; }
+  static Vector direction() { return Vector::Zero(); }
+  bool admits(double begin) const { return begin < latest_ || (begin == 0 && !is_found_); }
+  bool isDone() const { return latest_ == 0 && is_found_; }
+
+  void leaf(unsigned i, unsigned j, double begin, double end) {
+    if (isLeftOut(query_, i, j)) return;
+    const Pair pair(query_.first.body, query_.second.body, {i, j});
+    findFirstImpact(pair, begin, std::max(begin, std::min(end, latest_)),
+                    [&](const PairSample<Pair>& sample) {
+                      ++best_.pair_times;
+                      take(sample, {i, j});
+                    });
+  }
+
+ private:
+  void take(const PairSample<Pair>& sample, const PartNumbers& parts) {
+    if (is_found_ && !(sample.at.t < latest_)) return;
+    latest_ = sample.at.t;
+    is_found_ = true;
+    best_.lower = best_.upper = 0;
+    best_.time = latest_;
+    best_.triangles = {indexOfPart(query_.first.body, parts.first),
+                       indexOfPart(query_.second.body, parts.second)};
+    best_.points = {sample.gap.points.first, sample.gap.points.second};
+  }
+
+  const ClearanceQuery& query_;
+  MotionClearance& best_;
+  double latest_;
+  bool is_found_ = false;
+};
+
+/// Walks over the bodies' trees with a goal.
+template <typename Goal>
+void walkWith(const ClearanceQuery& query, Goal& goal, std::size_t& box_tests) {
+  const Leased<MotionWalk::Memory> memory;
+  MotionWalk search(query.first, query.second, query.left_out, query.tolerance, *memory);
+  search.run(goal);
+  box_tests += search.boxTests();
+}
+
+/// The leaf index of a triangle.
+unsigned leafIndexOf(const MeshState& mesh, int triangle) {
+  const std::vector<Int4>& corners = mesh.topology->leaves.corners;
+  const auto at = std::find_if(corners.begin(), corners.end(),
+                               [&](const Int4& leaf) { return leaf[3] == triangle; });
+  return static_cast<unsigned>(at - corners.begin());
+}
+
+template <typename Pair>
+bool lowerOf(const ClearanceQuery& query, const std::array<int, 2>& hint, MotionClearance& best) {
+  LeastDistance<Pair> goal(query, best);
+  const auto partOf = [](const MovingBody& body, int triangle) {
+    return body.mesh() ? leafIndexOf(*body.mesh(), triangle) : 0u;
+  };
+  if (hint[0] >= 0 || hint[1] >= 0)
+    goal.leaf(partOf(query.first.body, hint[0]), partOf(query.second.body, hint[1]), 0, 1);
+  walkWith(query, goal, best.box_tests);
+  if (!goal.isImproved()) return false;
+  best.lower = std::max(0., std::min(best.upper - query.tolerance, goal.unresolved()));
+  if (best.upper <= query.tolerance) {
+    FirstImpact<Pair> impact(query, best);
+    walkWith(query, impact, best.box_tests);
+  }
+  return true;
+}
+
+}  // namespace
+
+bool isLeftOut(const ClearanceQuery& query, unsigned i, unsigned j) {
+  if (!query.ignored) return false;
+  const auto a = static_cast<unsigned>(indexOfPart(query.first.body, i)),
+             b = static_cast<unsigned>(indexOfPart(query.second.body, j));
+  return isIgnored(*query.ignored, std::min(a, b), std::max(a, b));
+}
+
+int orderOf(const MovingBody& body) { return body.mesh() ? 0 : body.flat() ? 2 : 1; }
+
+void swapBodies(MotionClearance& clearance) {
+  std::swap(clearance.triangles[0], clearance.triangles[1]);
+  std::swap(clearance.points[0], clearance.points[1]);
+}
+
+void requireClearance(double clearance) {
+  if (!(clearance >= 0) || !std::isfinite(clearance))
+    throw std::invalid_argument("adaptive_bvh: a clearance is negative or not finite");
+}
+
+void requireTolerable(const ClearanceQuery& query) {
+  if (query.first.body.flat())
+    throw std::invalid_argument(
+        "adaptive_bvh: the least distance of two planes or half-spaces over a motion");
+  const double least = 1e-12 * (query.first.body.magnitude() + query.second.body.magnitude());
+  if (!(query.tolerance > least) || !std::isfinite(query.tolerance))
+    throw std::invalid_argument("adaptive_bvh: a tolerance of " + textOf(query.tolerance) +
+                                "; for these bodies it must be finite and above " + textOf(least));
+}
+
+bool lowerClearance(const ClearanceQuery& query, const std::array<int, 2>& hint,
+                    MotionClearance& best) {
+  if (query.second.body.flat()) return lowerOf<FlatPair>(query, hint, best);
+  if (query.second.body.mesh()) return lowerOf<TrianglePair>(query, hint, best);
+  return lowerOf<SolidPair>(query, hint, best);
+}
+
+void findIntervalsBelow(const ClearanceQuery& query, double clearance,
+                        std::vector<MotionInterval>& intervals) {
+  const auto find = [&](auto goal) {
+    std::size_t box_tests = 0;
+    walkWith(query, goal, box_tests);
+    goal.finish(intervals);
+  };
+  if (query.second.body.flat())
+    find(IntervalsBelow<FlatPair>(query, clearance));
+  else if (query.second.body.mesh())
+    find(IntervalsBelow<TrianglePair>(query, clearance));
+  else
+    find(IntervalsBelow<SolidPair>(query, clearance));
+}
+
+}  // namespace adaptive_bvh

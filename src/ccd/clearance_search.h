@@ -1,0 +1,38 @@
+#pragma once
+
+#include <vector>
+
+#include "ccd/motion_walk.h"
+
+namespace adaptive_bvh {
+
+/// Two bodies that move, or a mesh with itself.
+struct ClearanceQuery {
+  BoxedBody &first, &second;  ///< the same for a mesh with itself; a plane is the second
+  double tolerance;
+  const NeighbourRanges* left_out = nullptr;  ///< for a mesh with itself
+  const IgnoredPairs* ignored = nullptr;      ///< pairs of triangles, or null
+};
+
+/// Throws std::invalid_argument if the tolerance is too small for the bodies, or both are planes.
+void requireTolerable(const ClearanceQuery& query);
+/// Throws std::invalid_argument if a clearance is negative or not finite.
+void requireClearance(double clearance);
+
+/// Meshes come before shapes, planes and half-spaces last.
+int orderOf(const MovingBody& body);
+/// Reverses the order of the bodies.
+void swapBodies(MotionClearance& clearance);
+
+/// Lowers `best` to the least distance, if that is less than best.upper - tolerance, and to 0 with
+/// the time of the first impact if the bodies meet. `hint`: triangles that may be near at some
+/// time, or -1. Returns whether `best` has changed. If not, the bodies are at least best.upper -
+/// tolerance apart.
+bool lowerClearance(const ClearanceQuery& query, const std::array<int, 2>& hint,
+                    MotionClearance& best);
+
+/// Finds the times at which the bodies are nearer than a clearance.
+void findIntervalsBelow(const ClearanceQuery& query, double clearance,
+                        std::vector<MotionInterval>& intervals);
+
+}  // namespace adaptive_bvh

@@ -1,0 +1,169 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+
+#include "ccd/moving_body.h"
+#include "triangles/triangle_gap.h"
+
+// Pairs of parts of two moving bodies: triangles, shapes, planes. Each type has
+//
+//   At at(t)                the parts at a time
+//   gap(at)                 their nearest points then
+//   separation(at, n)       how far they are apart along a unit vector n, from the first to the
+//                           second; may be negative
+//   slack(a, b)             for times t between those of a and b: the distance is at least the
+//   linear
+//                           interpolation of the separations at a and b along any n, less this
+//   farthest(a, b, c, gap)  an upper bound of the distance between the times of a and b, given the
+//                           gap at the time of c
+//   gapError(distance)      bound of the error of a distance at a time
+//   guesses(at)             directions that may separate the parts; a zero vector is none
+//   manyGuesses(at, n)      more of them, for parts so near that the direction n between their
+//                           nearest points has lost its digits
+//
+// docs/bounds.md, 22.
+namespace adaptive_bvh {
+
+/// The bodies of a pair, and the numbers of their parts: leaf indices of triangles.
+struct PartNumbers {
+  unsigned first, second;
+};
+
+/// The direction from the first of two nearest points to the second; zero if the parts touch.
+inline fcl::Vector3d directionOf(const TriangleGap& gap) {
+  if (!(gap.distance > 0)) return fcl::Vector3d::Zero();
+  const fcl::Vector3d between = gap.points.second - gap.points.first;
+  const double length = between.stableNorm();
+  return length > 0 ? fcl::Vector3d(between / length) : fcl::Vector3d(fcl::Vector3d::Zero());
+}
+
+/// Errors and arcs of a pair of bodies.
+class PairSlack {
+ public:
+  PairSlack(const MovingBody& first, const MovingBody& second)
+      : acceleration_(first.acceleration() + second.acceleration()),
+        rounding_(2 * (first.error() + second.error())),
+        size_(first.radius() + second.radius()) {}
+
+  /// Within a time `length` long, for a separation.
+  double operator()(double length) const { return acceleration_ * length * length / 8 + rounding_; }
+  /// For a distance. `share`: its error relative to the extent of the parts.
+  double ofGap(double distance, double share) const {
+    return rounding_ + share * (size_ + distance);
+  }
+
+ private:
+  double acceleration_, rounding_, size_;
+};
+
+/// Two triangles.
+class TrianglePair {
+ public:
+  struct At {
+    double t;
+    TrianglePoints<double> a, b;
+  };
+
+  TrianglePair(const MovingBody& first, const MovingBody& second, const PartNumbers& parts)
+      : first_(first), second_(second), parts_(parts), slack_(first, second) {}
+
+  At at(double t) const {
+    return {t, first_.triangle(parts_.first, first_.at(t)),
+            second_.triangle(parts_.second, second_.at(t))};
+  }
+  static TriangleGap gap(const At& at) { return gapOf(at.a, at.b); }
+  static double separation(const At& at, const fcl::Vector3d& n) {
+    const fcl::Vector3d& origin = at.a[0];
+    return std::min({n.dot(at.b[0] - origin), n.dot(at.b[1] - origin), n.dot(at.b[2] - origin)}) -
+           std::max({0., n.dot(at.a[1] - origin), n.dot(at.a[2] - origin)});
+  }
+  /// The direction between the middles of both, and both normals.
+  static std::array<fcl::Vector3d, 3> guesses(const At& at);
+  /// Both normals, and what is perpendicular to an edge of each.
+  static std::array<fcl::Vector3d, 11> manyGuesses(const At& at, const fcl::Vector3d& n);
+  double slack(const At& a, const At& b) const { return slack_(b.t - a.t); }
+  double farthest(const At& a, const At& b, const At& at, const TriangleGap& gap) const;
+  double gapError(double distance) const { return slack_.ofGap(distance, 0x1p-44); }
+
+ private:
+  const MovingBody &first_, &second_;
+  const PartNumbers parts_;
+  const PairSlack slack_;
+};
+
+/// A triangle or a shape, and a shape; both bounded.
+class SolidPair {
+ public:
+  struct At {
+    double t;
+    MovingBody::At a, b;
+    TrianglePoints<double> triangle;  ///< if the first is a triangle
+  };
+
+  SolidPair(const MovingBody& first, const MovingBody& second, const PartNumbers& parts)
+      : first_(first), second_(second), parts_(parts), slack_(first, second) {}
+
+  At at(double t) const;
+  TriangleGap gap(const At& at) const;
+  double separation(const At& at, const fcl::Vector3d& n) const;
+  std::array<fcl::Vector3d, 1> guesses(const At& at) const;
+  std::array<fcl::Vector3d, 1> manyGuesses(const At& at, const fcl::Vector3d&) const {
+    return guesses(at);
+  }
+  double slack(const At& a, const At& b) const { return slack_(b.t - a.t); }
+  double farthest(const At& a, const At& b, const At& at, const TriangleGap& gap) const;
+  double gapError(double distance) const { return slack_.ofGap(distance, 0x1p-40); }
+
+ private:
+  const MovingBody &first_, &second_;
+  const PartNumbers parts_;
+  const PairSlack slack_;
+};
+
+/// A triangle or a bounded shape, and a plane or half-space.
+class FlatPair {
+ public:
+  struct At {
+    double t;
+    MovingBody::At a;
+    TrianglePoints<double> triangle;
+    fcl::Vector3d normal;  ///< of the plane normal * x = offset, not always of length 1
+    double offset;
+  };
+
+  FlatPair(const MovingBody& first, const MovingBody& second, const PartNumbers& parts)
+      : first_(first), second_(second), parts_(parts), slack_(first, second) {}
+
+  At at(double t) const;
+  TriangleGap gap(const At& at) const;
+  double separation(const At& at, const fcl::Vector3d& n) const;
+  static std::array<fcl::Vector3d, 1> guesses(const At& at) {
+    return {-at.normal.stableNormalized()};
+  }
+  static std::array<fcl::Vector3d, 1> manyGuesses(const At& at, const fcl::Vector3d&) {
+    return guesses(at);
+  }
+  double slack(const At& a, const At& b) const;
+  double farthest(const At& a, const At& b, const At& at, const TriangleGap& gap) const;
+  double gapError(double distance) const { return slack_.ofGap(distance, 0x1p-44); }
+
+ private:
+  fcl::Vector3d support(const At& at, const fcl::Vector3d& direction) const;
+  double height(const At& at, const fcl::Vector3d& x) const;
+
+  const MovingBody &first_, &second_;
+  const PartNumbers parts_;
+  const PairSlack slack_;
+};
+
+/// The plane of a moving plane or half-space: normal * x = offset. On a straight path both change
+/// evenly; on a screw the normal keeps the length 1.
+struct PlaneAt {
+  fcl::Vector3d normal;
+  double offset;
+
+  PlaneAt(const MovingBody& body, double t);
+};
+
+}  // namespace adaptive_bvh

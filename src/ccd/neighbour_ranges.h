@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "adaptive_bvh/surface_neighbourhood.h"
+#include "deformable/mesh_state.h"
+
+namespace adaptive_bvh {
+
+/// The neighbours of each triangle of a mesh, and those that all triangles of a node have in
+/// common. Triangles are numbered in the order of the leaves, in which a node has a range of them.
+struct NeighbourRanges {
+  /// From `begin` to `end`, which is excluded.
+  struct Range {
+    unsigned begin, end;
+  };
+
+  std::shared_ptr<const MeshTopology> topology;
+  std::vector<Range> ranges;          ///< of all lists, one list after the other
+  std::vector<std::size_t> begins;    ///< of each list in `ranges`; one more than there are lists
+  std::vector<unsigned> of_triangle;  ///< list, by leaf index
+  std::vector<unsigned> of_node;      ///< list, by node
+  std::vector<Range> triangles;       ///< by node
+  std::vector<unsigned> leaf_index;   ///< by triangle
+
+  /// Whether a list contains a range.
+  bool contains(unsigned list, const Range& range) const;
+  /// Whether two triangles are neighbours, by leaf indices.
+  bool areNeighbours(unsigned first, unsigned second) const {
+    return shareVertex(first, second) || contains(of_triangle[first], {second, second + 1});
+  }
+  /// Whether all triangles of one node are neighbours of all triangles of the other.
+  bool areAllNeighbours(int first, int second) const {
+    return contains(of_node[std::size_t(first)], triangles[std::size_t(second)]);
+  }
+  bool shareVertex(unsigned first, unsigned second) const;
+  std::size_t bytes() const;
+
+  /// Appends a list. Returns its number.
+  unsigned add(const std::vector<Range>& list);
+};
+
+}  // namespace adaptive_bvh

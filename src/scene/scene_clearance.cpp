@@ -1,0 +1,233 @@
+// Least distances of a scene's bodies over a step, and the times at which they are too near.
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "base/leased.h"
+#include "base/task_pool.h"
+#include "ccd/clearance_search.h"
+#include "scene/scene_state.h"
+
+namespace adaptive_bvh {
+namespace {
+
+/// The motion of a body in the step.
+class SteppingBody {
+ public:
+  SteppingBody(const Body& stepping, FramePath path)
+      : body(stepping), object_(stepping.geometry.at(fcl::Transform3d::Identity())) {
+    if (stepping.geometry.kind() == ObjectKind::Octree)
+      throw std::invalid_argument("adaptive_bvh: body " + std::to_string(stepping.id) +
+                                  " is an octree, which has no clearance over a motion; give it a "
+                                  "group that this query leaves out");
+    if (!body.isMesh()) {
+      moving_.emplace(object_.solid().solid,
+                      FrameMotion(rotated(body.start_tf), rotated(body.tf), path));
+      return;
+    }
+    const MeshState& mesh = body.mesh();
+    const FrameMotion frame(body.start_tf, body.tf, path);
+    if (mesh.previous.empty())
+      moving_.emplace(mesh, frame);
+    else
+      moving_.emplace(mesh, mesh.previous.data(), mesh.vertices.data(), frame);
+  }
+  SteppingBody(const SteppingBody&) = delete;
+  SteppingBody& operator=(const SteppingBody&) = delete;
+
+  const MovingBody& moving() const { return *moving_; }
+  bool isFlat() const { return moving_->flat() != nullptr; }
+
+  const Body& body;
+
+ private:
+  const QueryObject object_;
+  std::optional<MovingBody> moving_;
+};
+
+WorldBox aroundBoth(const WorldBox& a, const WorldBox& b) {
+  return {a.low.cwiseMin(b.low), a.high.cwiseMax(b.high)};
+}
+
+/// The box around a body's motion, by spheres around parts of it.
+WorldBox boxOfSpheres(const MovingBody& moving) {
+  constexpr int kParts = 8;
+  const int parts = moving.frame().isRigid() && !moving.frame().isScrew() ? 1 : kParts;
+  WorldBox box;
+  for (int i = 0; i <= parts; ++i) {
+    const fcl::Vector3d middle = moving.at(double(i) / parts).frame(moving.middle());
+    box = i == 0 ? WorldBox{middle, middle} : aroundBoth(box, {middle, middle});
+  }
+  const double margin =
+      (moving.radius() + moving.arc(1. / parts) + 2 * moving.error()) * (1 + 1e-12);
+  return {box.low.array() - margin, box.high.array() + margin};
+}
+
+/// The box around a body's motion; unbounded for a plane or half-space.
+WorldBox sweptBox(const Body& body, FramePath path) {
+  if (!body.box.isBounded()) return body.box;
+  const bool is_deformed = body.isMesh() && !body.mesh().previous.empty();
+  const bool is_placed = body.start_tf.matrix() == body.tf.matrix();
+  if (is_placed && !is_deformed) return body.box;
+  const SteppingBody stepping(body, path);
+  if (!is_deformed || stepping.moving().frame().isScrew()) return boxOfSpheres(stepping.moving());
+  WorldBox box = body.box;
+  for (const fcl::Vector3d& x : body.mesh().previous) {
+    const fcl::Vector3d start = body.start_tf * x;
+    box = aroundBoth(box, {start, start});
+  }
+  const double margin = 2 * stepping.moving().error();
+  return {box.low.array() - margin, box.high.array() + margin};
+}
+
+/// A candidate of a query, by the distance of the boxes around the motions.
+struct Candidate {
+  double gap;
+  unsigned index;
+
+  friend bool operator<(const Candidate& a, const Candidate& b) {
+    return a.gap != b.gap ? a.gap < b.gap : a.index < b.index;
+  }
+};
+
+/// Memory of a query of one pair.
+struct PairMemory {
+  MovingBoxes first, second;
+};
+
+/// Finds the bodies that come nearest to one body.
+class NearestOverStep {
+ public:
+  NearestOverStep(const SceneState& scene, const Body& body, double tolerance, FramePath path)
+      : scene_(scene),
+        first_(body, path),
+        tolerance_(tolerance),
+        path_(path),
+        boxed_(first_.moving(), memory_->first) {
+    const WorldBox box = sweptBox(body, path);
+    for (unsigned i = 0; i < scene.bodies.size(); ++i) {
+      const Body& other = scene.bodies[i];
+      if (&other == &body || !scene.admits(body, other)) continue;
+      const bool is_bounded = box.isBounded() && other.box.isBounded();
+      const double gap = is_bounded ? gapOf(box, sweptBox(other, path)) : 0.;
+      candidates_.push_back({gap, i});
+    }
+    std::sort(candidates_.begin(), candidates_.end());
+  }
+
+  /// Calls lower(other, best) for the other bodies by increasing gap. It returns the distance
+  /// beyond which no bodies are needed.
+  template <typename Visit>
+  void visit(const Visit& visit) {
+    double limit = std::numeric_limits<double>::infinity();
+    for (const Candidate& candidate : candidates_) {
+      if (candidate.gap > limit) return;
+      const SteppingBody second(scene_.bodies[candidate.index], path_);
+      if (!(first_.isFlat() && second.isFlat())) limit = visit(second);
+    }
+  }
+  /// Lowers best.clearance if the other body comes nearer than that less the tolerance.
+  bool lower(const SteppingBody& other, SceneClearance& best) {
+    BoxedBody second(other.moving(), memory_->second);
+    const bool swaps = orderOf(first_.moving()) > orderOf(other.moving());
+    const ClearanceQuery query = {swaps ? second : boxed_, swaps ? boxed_ : second, tolerance_};
+    requireTolerable(query);
+    if (!lowerClearance(query, {-1, -1}, best.clearance)) return false;
+    best.bodies = {first_.body.id, other.body.id};
+    if (swaps) swapBodies(best.clearance);
+    return true;
+  }
+
+ private:
+  const SceneState& scene_;
+  const SteppingBody first_;
+  const double tolerance_;
+  const FramePath path_;
+  const Leased<PairMemory> memory_;
+  BoxedBody boxed_;
+  std::vector<Candidate> candidates_;
+};
+
+bool isNearerClearance(const SceneClearance& a, const SceneClearance& b) {
+  return a.clearance.upper != b.clearance.upper ? a.clearance.upper < b.clearance.upper
+                                                : a.bodies.second < b.bodies.second;
+}
+
+/// Finds the intervals of one pair of bodies.
+void intervalsOf(const Body& a, const Body& b, double clearance, double tolerance, FramePath path,
+                 std::vector<MotionInterval>& intervals) {
+  const SteppingBody first(a, path), second(b, path);
+  if (first.isFlat() && second.isFlat()) return;
+  const Leased<PairMemory> memory;
+  BoxedBody boxed1(first.moving(), memory->first), boxed2(second.moving(), memory->second);
+  const bool swaps = orderOf(first.moving()) > orderOf(second.moving());
+  const ClearanceQuery query = {swaps ? boxed2 : boxed1, swaps ? boxed1 : boxed2, tolerance};
+  requireTolerable(query);
+  findIntervalsBelow(query, clearance, intervals);
+}
+
+}  // namespace
+
+SceneClearance SceneState::leastDistance(BodyId body, double tolerance, FramePath path) const {
+  requireCurrent();
+  NearestOverStep search(*this, bodies[indexOf(body)], tolerance, path);
+  SceneClearance best;
+  search.visit([&](const SteppingBody& other) {
+    search.lower(other, best);
+    return best.clearance.upper - tolerance;
+  });
+  return best;
+}
+
+/// A body beyond the first k is compared with the last of these.
+void SceneState::leastDistances(BodyId body, std::size_t k, double tolerance, FramePath path,
+                                std::vector<SceneClearance>& result) const {
+  requireCurrent();
+  NearestOverStep search(*this, bodies[indexOf(body)], tolerance, path);
+  result.clear();
+  if (k == 0) return;
+  search.visit([&](const SteppingBody& other) {
+    const bool is_full = result.size() == k;
+    SceneClearance found;
+    if (is_full) found.clearance.upper = result.back().clearance.upper;
+    if (search.lower(other, found)) {
+      if (is_full) result.pop_back();
+      result.insert(std::upper_bound(result.begin(), result.end(), found, isNearerClearance),
+                    found);
+    }
+    return result.size() == k ? result.back().clearance.upper - tolerance
+                              : std::numeric_limits<double>::infinity();
+  });
+}
+
+void SceneState::intervalsBelow(double clearance, double tolerance, FramePath path,
+                                SceneIntervals& result) const {
+  requireClearance(clearance);
+  requireCurrent();
+  std::vector<WorldBox> swept;
+  for (const Body& body : bodies) swept.push_back(sweptBox(body, path));
+  std::vector<BodyPair> pairs;
+  findSweptPairs(swept, clearance, pairs);
+  std::vector<std::vector<MotionInterval>> found(pairs.size());
+  const TaskPool pool(pairs.size() > 1 ? threads : 1);
+  pool.forEach(static_cast<int>(pairs.size()), [&](int task, int) {
+    const auto i = static_cast<std::size_t>(task);
+    intervalsOf(bodies[pairs[i].first], bodies[pairs[i].second], clearance, tolerance, path,
+                found[i]);
+  });
+  result.pairs.clear();
+  result.found.clear();
+  result.offsets.assign(1, 0);
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (found[i].empty()) continue;
+    result.pairs.push_back({bodies[pairs[i].first].id, bodies[pairs[i].second].id});
+    result.found.insert(result.found.end(), found[i].begin(), found[i].end());
+    result.offsets.push_back(result.found.size());
+  }
+}
+
+}  // namespace adaptive_bvh

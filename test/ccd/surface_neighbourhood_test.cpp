@@ -1,0 +1,183 @@
+// Neighbourhoods along a surface, and least distances of a mesh to itself, against all pairs.
+#include "adaptive_bvh/surface_neighbourhood.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "adaptive_bvh/motion_clearance.h"
+#include "support/meshes.h"
+#include "support/quad_geometry.h"
+#include "support/random_geometry.h"
+
+namespace adaptive_bvh_test {
+namespace surface_neighbourhood_test {
+
+using adaptive_bvh::BodyMotion;
+using adaptive_bvh::DeformableMesh;
+using adaptive_bvh::LabelRule;
+using adaptive_bvh::leastSelfDistance;
+using adaptive_bvh::Motion;
+using adaptive_bvh::MotionClearance;
+using adaptive_bvh::MotionInterval;
+using adaptive_bvh::SurfaceNeighbourhood;
+using P = fcl::Vector3d;
+using Matrix = std::vector<std::vector<double>>;
+
+TriangleMesh<double> weldedTube(int around, int along) {
+  TriangleMesh<double> mesh = tube<double>(around, along);
+  adaptive_bvh::weldVertices(mesh, 1e-9);
+  return mesh;
+}
+
+/// The lengths of the shortest paths between all vertices (Floyd and Warshall).
+Matrix pathsOf(const TriangleMesh<double>& mesh, bool count_steps) {
+  const std::size_t n = mesh.vertices.size();
+  Matrix paths(n, std::vector<double>(n, HUGE_VAL));
+  for (std::size_t v = 0; v < n; ++v) paths[v][v] = 0;
+  for (const fcl::Triangle& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const std::size_t a = t[k], b = t[(k + 1) % 3];
+      paths[a][b] = paths[b][a] = count_steps ? 1 : (mesh.vertices[a] - mesh.vertices[b]).norm();
+    }
+  for (std::size_t m = 0; m < n; ++m)
+    for (std::size_t a = 0; a < n; ++a)
+      for (std::size_t b = 0; b < n; ++b)
+        paths[a][b] = std::min(paths[a][b], paths[a][m] + paths[m][b]);
+  return paths;
+}
+double pathBetween(const TriangleMesh<double>& mesh, const Matrix& paths, unsigned i, unsigned j) {
+  double least = HUGE_VAL;
+  for (int k = 0; k < 3; ++k)
+    for (int l = 0; l < 3; ++l)
+      least = std::min(least, paths[mesh.triangles[i][k]][mesh.triangles[j][l]]);
+  return least;
+}
+
+template <typename Expected>
+void expectPairs(const TriangleMesh<double>& mesh, const SurfaceNeighbourhood& found,
+                 const Expected& expected) {
+  for (unsigned i = 0; i < mesh.triangles.size(); ++i)
+    for (unsigned j = 0; j < mesh.triangles.size(); ++j)
+      ASSERT_EQ(found.contains(i, j), expected(i, j)) << i << " and " << j;
+}
+
+TEST(SurfaceNeighbourhood, HasTheTrianglesWithinAPath) {
+  const TriangleMesh<double> mesh = weldedTube(6, 12);
+  const DeformableMesh<double> tree(mesh.vertices, mesh.triangles);
+  const Matrix lengths = pathsOf(mesh, false), steps = pathsOf(mesh, true);
+  for (const double distance : {0., 0.17, 0.4, 10.})
+    expectPairs(mesh, SurfaceNeighbourhood::byDistance(tree, distance),
+                [&](auto i, auto j) { return pathBetween(mesh, lengths, i, j) <= distance; });
+  for (const unsigned rings : {0u, 1u, 2u, 4u})
+    expectPairs(mesh, SurfaceNeighbourhood::byRings(tree, rings), [&](auto i, auto j) {
+      return pathBetween(mesh, steps, i, j) <= std::max(rings, 1u) - 1;
+    });
+  expectPairs(mesh, SurfaceNeighbourhood(tree),
+              [&](auto i, auto j) { return pathBetween(mesh, steps, i, j) == 0; });
+}
+
+TEST(SurfaceNeighbourhood, HasTheLabelsThatDoNotCount) {
+  const TriangleMesh<double> mesh = weldedTube(6, 12);
+  const DeformableMesh<double> tree(mesh.vertices, mesh.triangles);
+  const Matrix steps = pathsOf(mesh, true);
+  RandomGeometry<double> random(1);
+  for (const bool is_random : {false, true}) {
+    std::vector<unsigned> labels;
+    for (unsigned i = 0; i < mesh.triangles.size(); ++i)
+      labels.push_back(is_random ? unsigned(random.below(3)) : i / 40);
+    for (const LabelRule rule : {LabelRule::Within, LabelRule::Between})
+      expectPairs(mesh, SurfaceNeighbourhood::byLabels(tree, labels, rule), [&](auto i, auto j) {
+        return (labels[i] == labels[j]) == (rule == LabelRule::Between) ||
+               pathBetween(mesh, steps, i, j) == 0;
+      });
+  }
+}
+
+/// The least distance of all pairs that count, at one time.
+double distanceOfAll(const TriangleMesh<double>& mesh, const std::vector<P>& positions,
+                     const SurfaceNeighbourhood& left_out) {
+  quad::Real least = 1e9;
+  const auto triangle = [&](unsigned i) -> quad::Triangle {
+    const fcl::Triangle& t = mesh.triangles[i];
+    return {quad::of<double>(positions[t[0]]), quad::of<double>(positions[t[1]]),
+            quad::of<double>(positions[t[2]])};
+  };
+  const auto isFar = [&](unsigned i, unsigned j) {  // farther than the least distance so far
+    const fcl::Triangle &a = mesh.triangles[i], &b = mesh.triangles[j];
+    const P &x = positions[a[0]], &y = positions[b[0]];
+    const auto radius = [&](const fcl::Triangle& t, const P& from) {
+      return std::max((positions[t[1]] - from).norm(), (positions[t[2]] - from).norm());
+    };
+    return (x - y).norm() - radius(a, x) - radius(b, y) > static_cast<double>(least) * 1.0001;
+  };
+  for (unsigned i = 0; i < mesh.triangles.size(); ++i)
+    for (unsigned j = i + 1; j < mesh.triangles.size(); ++j)
+      if (!left_out.contains(i, j) && !isFar(i, j))
+        least = std::min(least, quad::distance(triangle(i), triangle(j)));
+  return static_cast<double>(least);
+}
+
+TEST(SelfClearance, IsThatOfAllPairs) {
+  const TriangleMesh<double> mesh = weldedTube(5, 14);
+  const DeformableMesh<double> tree(mesh.vertices, mesh.triangles);
+  std::vector<P> end = mesh.vertices;  // bent to a loop
+  for (P& x : end) {
+    const double angle = 2.5 * x[0];
+    x = P((0.5 + x[1]) * std::sin(angle), (0.5 + x[1]) * std::cos(angle), x[2] + 0.2 * angle);
+  }
+  for (const double distance : {0., 0.35, 0.8}) {
+    const auto left_out = SurfaceNeighbourhood::byDistance(tree, distance);
+    const double tolerance = 1e-4;
+    const MotionClearance still = leastSelfDistance(tree, left_out, tolerance);
+    const double exact = distanceOfAll(mesh, mesh.vertices, left_out);
+    EXPECT_LE(still.lower, exact + 1e-12);
+    EXPECT_GE(still.upper, exact - 1e-12);
+    EXPECT_FALSE(left_out.contains(unsigned(still.triangles[0]), unsigned(still.triangles[1])));
+    const MotionClearance over =
+        leastSelfDistance(Motion<double>(tree, mesh.vertices, end), left_out, tolerance);
+    EXPECT_LE(over.upper - over.lower, tolerance * 1.0001);
+    for (int i = 0; i <= 6; ++i) {
+      std::vector<P> now;
+      for (std::size_t v = 0; v < end.size(); ++v)
+        now.push_back((1 - i / 6.) * mesh.vertices[v] + i / 6. * end[v]);
+      EXPECT_LE(over.lower, distanceOfAll(mesh, now, left_out) + 1e-12);
+    }
+    std::vector<P> then;
+    for (std::size_t v = 0; v < end.size(); ++v)
+      then.push_back((1 - over.time) * mesh.vertices[v] + over.time * end[v]);
+    EXPECT_NEAR(over.upper, distanceOfAll(mesh, then, left_out), over.meet() ? 1e-9 : 1e-12);
+    std::vector<MotionInterval> intervals;
+    adaptive_bvh::selfIntervalsBelow(BodyMotion<double>(Motion<double>(tree, mesh.vertices, end)),
+                                     left_out, over.lower, 1e-4, intervals);
+    for (const MotionInterval& interval : intervals) EXPECT_LE(interval.begin, interval.end);
+  }
+}
+
+TEST(SelfClearance, LeavesOutIgnoredPairsAndOtherMeshes) {
+  const TriangleMesh<double> mesh = weldedTube(5, 6);
+  const DeformableMesh<double> tree(mesh.vertices, mesh.triangles);
+  const SurfaceNeighbourhood left_out(tree);
+  const MotionClearance first = leastSelfDistance(tree, left_out, 1e-4);
+  ASSERT_TRUE(first.exists());
+  const std::vector<adaptive_bvh::FeaturePair> list = {
+      {unsigned(first.triangles[0]), unsigned(first.triangles[1])}};
+  adaptive_bvh::IgnoredPairs ignored;
+  ignored.list = &list;
+  const MotionClearance next = leastSelfDistance(tree, left_out, 1e-4, ignored);
+  EXPECT_NE(first.triangles, next.triangles);
+  ignored = {};
+  ignored.test = [](unsigned, unsigned) { return true; };
+  EXPECT_FALSE(leastSelfDistance(tree, left_out, 1e-4, ignored).exists());
+  const DeformableMesh<double> copy(tree), other(mesh.vertices, mesh.triangles);
+  EXPECT_EQ(leastSelfDistance(copy, left_out, 1e-4).upper, first.upper);
+  EXPECT_THROW(leastSelfDistance(other, left_out, 1e-4), std::invalid_argument);
+  EXPECT_THROW(SurfaceNeighbourhood::byDistance(tree, -1), std::invalid_argument);
+  EXPECT_THROW(SurfaceNeighbourhood::byLabels(tree, {1, 2}, LabelRule::Within),
+               std::invalid_argument);
+  EXPECT_THROW(left_out.contains(0, 1000), std::invalid_argument);
+  EXPECT_GT(left_out.bytes(), 0u);
+}
+
+}  // namespace surface_neighbourhood_test
+}  // namespace adaptive_bvh_test
