@@ -8,6 +8,7 @@
 #include "adaptive_bvh/continuous_collision.h"
 #include "adaptive_bvh/deformable_mesh.h"
 #include "adaptive_bvh/mesh.h"
+#include "adaptive_bvh/motion_clearance.h"
 #include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
@@ -32,9 +33,9 @@ constexpr bool kIsBound =
     std::is_base_of_v<Bound, T> ||
     kIsOneOf<T, BodyOptions, ClosestPoint<double>, ContactPatches<double>, ContactRegions<double>,
              FeatureDetails<double>, FeaturePairDetails<double>, FeaturePairs, Impact, ImpactTimes,
-             MeshUpdate, SceneDistance<double>, SceneImpact, ScenePoint<double>,
-             SignedDistance<double>, TriangleMesh<double>, TrianglePairs<double>,
-             VertexContacts<double>>;
+             MeshUpdate, MotionClearance, SceneClearance, SceneDistance<double>, SceneImpact,
+             ScenePoint<double>, SignedDistance<double>, TriangleMesh<double>,
+             TrianglePairs<double>, VertexContacts<double>>;
 
 /// Refuses what was not constructed.
 template <typename T>

@@ -38,6 +38,7 @@ PYBIND11_MODULE(_core, module) {
   bindInside(module);
   bindContactRegions(module);
   bindContinuous(module);
+  bindClearance(module);
   bindScene(module);
   bindMeshes(module);
 #ifdef ADAPTIVE_BVH_PYTHON_RECORDING
