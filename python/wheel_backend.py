@@ -36,6 +36,8 @@ Classifier: Programming Language :: C++
 Classifier: Programming Language :: Python :: 3
 Requires-Python: >=3.9
 Requires-Dist: numpy
+Provides-Extra: study
+Requires-Dist: distributed; extra == "study"
 Description-Content-Type: text/markdown
 
 {(ROOT / "README.md").read_text()}"""
@@ -73,11 +75,12 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
         info + "METADATA": metadata().encode(),
         info + "WHEEL": f"Wheel-Version: 1.0\nGenerator: adaptive_bvh\nRoot-Is-Purelib: false\n"
         f"Tag: {tag}\n".encode(),
+        info + "entry_points.txt": b"[console_scripts]\nadaptive_bvh = adaptive_bvh._clearance:main\n",
         info + "licenses/LICENSE": (ROOT / "LICENSE").read_bytes(),
     }
     with tempfile.TemporaryDirectory() as prefix:
         install_into(prefix)
-        for path in sorted(pathlib.Path(prefix).rglob("*")):
+        for path in sorted(pathlib.Path(prefix, "adaptive_bvh").rglob("*")):
             if path.is_file():
                 files[path.relative_to(prefix).as_posix()] = path.read_bytes()
     record = ""

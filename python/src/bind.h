@@ -22,6 +22,7 @@ void bindInside(pybind11::module_& module);          ///< signed_distances, is_w
 void bindContactRegions(pybind11::module_& module);  ///< contact_regions, ContactTracker
 void bindContactSet(pybind11::module_& module);      ///< ContactSet
 void bindContinuous(pybind11::module_& module);      ///< Motion, candidates, earliest_impact, ...
+void bindClearance(pybind11::module_& module);       ///< least_distance, SurfaceNeighbourhood, ...
 void bindTrustRegion(pybind11::module_& module);     ///< TrustRegion
 void bindScene(pybind11::module_& module);           ///< Scene
 void bindRecording(pybind11::module_& module);       ///< _Recording, where the component is there

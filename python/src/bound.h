@@ -9,6 +9,7 @@
 #include "adaptive_bvh/deformable_mesh.h"
 #include "adaptive_bvh/distance_derivatives.h"
 #include "adaptive_bvh/mesh.h"
+#include "adaptive_bvh/motion_clearance.h"
 #include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
@@ -35,8 +36,9 @@ constexpr bool kIsBound =
     kIsOneOf<T, BodyOptions, ClosestPoint<double>, ContactPatches<double>, ContactRegions<double>,
              DistanceDerivatives<double>, FeatureDetails<double>, FeaturePairDerivatives<double>,
              FeaturePairDetails<double>, FeaturePairs, Impact, ImpactTimes, MeshUpdate,
-             SceneDistance<double>, SceneImpact, ScenePoint<double>, SignedDistance<double>,
-             TriangleMesh<double>, TrianglePairs<double>, TrustRegionReport, VertexContacts<double>,
+             MotionClearance, SceneClearance, SceneDistance<double>, SceneImpact,
+             ScenePoint<double>, SignedDistance<double>, TriangleMesh<double>,
+             TrianglePairs<double>, TrustRegionReport, VertexContacts<double>,
              VertexGradients<double>>;
 
 /// Refuses what was not constructed.

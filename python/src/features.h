@@ -34,6 +34,8 @@ class Labels {
   IgnoredPairs triangles(const std::vector<FeaturePair>& list) const;
   /// Of pairs of features. Refers to this object.
   IgnoredFeatures features(const std::vector<fcl::Triangle>& triangles) const;
+  const std::vector<unsigned>& labels() const { return labels_; }
+  LabelRule rule() const { return rule_; }
 
  private:
   bool has_labels_;

@@ -1,5 +1,7 @@
+#include <array>
 #include <cstdint>
 #include <limits>
+#include <string>
 
 #include <pybind11/stl.h>
 
@@ -33,9 +35,66 @@ constexpr const char* kSceneLargestSafeStep =
     R"(The time, 0 to 1, up to which nothing comes as near as `separation`, a length, in the step of
 earliest_impact.)";
 
+constexpr const char* kSceneLeastDistance =
+    R"(The body that comes nearest to one in the step of earliest_impact: a SceneClearance. All others
+stay at least upper - tolerance away.
+
+tolerance: a length, the largest difference of both bounds.
+path: 'straight' or 'screw', as of BodyMotion, for all bodies.)";
+
+constexpr const char* kSceneLeastDistances =
+    R"(The k bodies that come nearest to one in the step: a list of SceneClearance, by increasing upper
+bound, then number; fewer where there are fewer.)";
+
+constexpr const char* kSceneIntervalsBelow =
+    R"(All pairs of bodies that come nearer than `clearance` in the step, and when: a list of tuples
+(first body, second body, intervals), intervals as of intervals_below.)";
+
 }  // namespace docs
 
 namespace {
+
+FramePath framePath(const std::string& name) {
+  if (name == "straight") return FramePath::Straight;
+  if (name == "screw") return FramePath::Screw;
+  throw py::value_error("path is '" + name + "'; 'straight' or 'screw' is needed");
+}
+
+SceneClearance leastOf(const LockedScene& scene, BodyId body, double tolerance,
+                       const std::string& path_name) {
+  const FramePath path = framePath(path_name);
+  return scene.query([&](const Scene3& s) { return s.leastDistance(body, tolerance, path); });
+}
+
+std::vector<SceneClearance> leastDistancesOf(const LockedScene& scene, BodyId body, std::size_t k,
+                                             double tolerance, const std::string& path_name) {
+  const FramePath path = framePath(path_name);
+  return find<std::vector<SceneClearance>>(scene, [&](auto& found, const Scene3& s) {
+    s.leastDistances(body, k, tolerance, found, path);
+  });
+}
+
+py::list intervalsOf(const LockedScene& scene, double clearance, double tolerance,
+                     const std::string& path_name) {
+  const FramePath path = framePath(path_name);
+  const auto found = find<SceneIntervals>(scene, [&](auto& result, const Scene3& s) {
+    s.intervalsBelow(clearance, tolerance, result, path);
+  });
+  py::list pairs;
+  for (std::size_t i = 0; i < found.pairs.size(); ++i) {
+    std::vector<std::array<double, 2>> rows;
+    for (std::size_t k = found.offsets[i]; k < found.offsets[i + 1]; ++k)
+      rows.push_back({found.found[k].begin, found.found[k].end});
+    pairs.append(
+        py::make_tuple(found.pairs[i].first, found.pairs[i].second, adopt(std::move(rows))));
+  }
+  return pairs;
+}
+
+py::tuple bodiesOfClearance(const SceneClearance& found) {
+  if (!found.exists()) return py::make_tuple(-1, -1);
+  return py::make_tuple(found.bodies.first, found.bodies.second);
+}
 
 std::vector<SceneDistance<double>> nearestBodies(const LockedScene& scene, BodyId body,
                                                  std::size_t k) {
@@ -103,6 +162,14 @@ void bindNearestResults(py::module_& module) {
       .attribute("triangle", &P::triangle, "That has it; -1 of a shape.");
 }
 
+void bindClearanceResult(py::module_& module) {
+  using C = SceneClearance;
+  ResultClass<C>(module, "SceneClearance", "Two bodies, and how near they come in a step.")
+      .attribute("bodies", &bodiesOfClearance,
+                 "Two numbers of bodies, first that of the call; -1 where there is no pair.")
+      .attribute("clearance", &C::clearance, "A MotionClearance, in the order of the bodies.");
+}
+
 void bindOtherResults(py::module_& module) {
   using H = HitsOfBodies;
   ResultClass<H>(module, "SceneRayHits",
@@ -136,6 +203,7 @@ void bindOtherResults(py::module_& module) {
 void bindSceneResults(py::module_& module) {
   bindScenePairResults(module);
   bindNearestResults(module);
+  bindClearanceResult(module);
   bindOtherResults(module);
 }
 
@@ -171,7 +239,13 @@ void bindRayAndStepQueries(SceneClass& scene) {
       .def("earliest_impact", reading(&Scene3::earliestImpact), "separation"_a = 0.0,
            docs::kSceneEarliestImpact)
       .def("largest_safe_step", reading(&Scene3::largestSafeStep), "separation"_a = 0.0,
-           docs::kSceneLargestSafeStep);
+           docs::kSceneLargestSafeStep)
+      .def("least_distance", &leastOf, "body"_a, "tolerance"_a, "path"_a = "straight",
+           docs::kSceneLeastDistance)
+      .def("least_distances", &leastDistancesOf, "body"_a, "k"_a, "tolerance"_a,
+           "path"_a = "straight", docs::kSceneLeastDistances)
+      .def("intervals_below", &intervalsOf, "clearance"_a, "tolerance"_a, "path"_a = "straight",
+           docs::kSceneIntervalsBelow);
 }
 
 }  // namespace

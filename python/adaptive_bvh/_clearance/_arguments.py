@@ -1,0 +1,65 @@
+"""The command line of `adaptive_bvh clearance`."""
+
+import argparse
+import os
+
+from .. import __version__
+from ._lengths import METRES
+
+_EPILOG = """\
+A moving body is a sequence: numbered files of any format that load_mesh reads (hose_0001.ply, ...),
+an .npz with arrays 'vertices' (frames, vertices, 3) and 'faces', a .pc2 and the mesh beside it, or
+a glTF file with an animation. Between two frames every vertex moves on a straight line; the answer
+holds for all times in between, not for the frames alone.
+
+exit status: 0 the clearance is kept, 1 it is not, 2 wrong or incomplete input, 130 Ctrl-C
+
+example:
+  adaptive_bvh clearance --moving 'hose_*.ply' --parts bay/*.stl --clearance 5mm \\
+      --report report.html --csv clearance.csv
+"""
+
+
+def parser() -> argparse.ArgumentParser:
+    top = argparse.ArgumentParser(prog="adaptive_bvh",
+                                  description="Exact distances of moving triangle meshes.")
+    top.add_argument("--version", action="version", version=f"adaptive_bvh {__version__}")
+    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    tool = commands.add_parser(
+        "clearance", help="the least clearance of moving bodies over their motion",
+        description="Does a hose or a cable keep its clearance to the parts around it while it "
+                    "moves? Writes the least clearance over the whole motion of each moving body "
+                    "and each part, with proven bounds, when and where.",
+        epilog=_EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter)
+    add = tool.add_argument
+    add("--moving", nargs="+", action="append", metavar="FILE", default=[],
+        help="the frames of a moving body, in the order of their numbers; once for each body")
+    add("--parts", nargs="+", action="extend", metavar="FILE", default=[],
+        help="the parts around, which stand still; one part a file")
+    add("--clearance", metavar="LENGTH", default="0",
+        help="the clearance to be kept, such as 5mm or 0.2in; a number without a unit is in the "
+             "unit of the files; 0, or none: whether they touch")
+    add("--report", metavar="FILE", help="writes a page (HTML) that plays the motion")
+    add("--csv", metavar="FILE", help="writes the table, one row a pair")
+    add("--unit", metavar="UNIT",
+        help=f"unit of files that declare none, such as STL and PLY: {', '.join(METRES)}; "
+             f"default: mm. Results are in this unit")
+    add("--parts-unit", metavar="UNIT", help="unit of the parts' files, where it is another one")
+    add("--up", choices=["x", "y", "z"],
+        help="the axis that points up: turns glTF and Collada, which declare theirs, and the page")
+    add("--ignore", nargs="+", action="extend", metavar="PAIR", default=[],
+        help="leaves pairs out: PART or MOVING:PART, with * and ?, such as 'hose:clip_*'")
+    add("--tolerance", metavar="LENGTH",
+        help="between the bounds of the least clearances; default: a thousandth of the clearance")
+    add("--rate", type=float, default=30.0, metavar="N",
+        help="frames a second in which animations of glTF are sampled; default: 30")
+    add("--threads", type=int, default=min(2, os.cpu_count() or 1), metavar="N",
+        help="default: 2")
+    add("--study", metavar="FILE",
+        help="checks many motions: a CSV file with the columns name and moving, one row each, and "
+             "any more columns, which are shown (needs distributed)")
+    add("--results", metavar="FOLDER",
+        help="where a study keeps the result of each motion; default: FILE without .csv")
+    add("--scheduler", metavar="ADDRESS",
+        help="Dask's scheduler for a study, such as tcp://host:8786; default: local processes")
+    return top

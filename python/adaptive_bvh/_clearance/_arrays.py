@@ -1,0 +1,140 @@
+"""Sequences of positions in one file: arrays of NumPy (.npz), point caches (.pc2)."""
+
+import struct
+import zipfile
+from typing import Dict, List, Optional, Tuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ._frames import Frame, FrameError, Ints, Sequence, SequenceError, Shape, checked
+from ._lengths import factor
+
+_POSITIONS = ("vertices", "positions", "frames", "points")
+_FACES = ("faces", "triangles")
+
+
+class ArraySequence(Sequence):
+    """Frames × vertices × 3 numbers, and triangles that do not change."""
+
+    def __init__(self, name: str, numbers: List[float], positions: npt.NDArray[np.floating],
+                 triangles: Ints, scale: float):
+        super().__init__(name, numbers)
+        self._positions, self._scale = positions, scale
+        for frame in range(len(self)):
+            try:
+                self._shape = Shape(self._of(frame), triangles)
+                return
+            except FrameError:
+                pass
+        raise SequenceError(f"no frame of {name} has finite numbers only; export it again")
+
+    def _of(self, frame: int) -> npt.NDArray[np.float64]:
+        positions = np.array(self._positions[frame], np.float64, order="C") * self._scale
+        return checked(positions, f"{self.name}, {self.label(frame)},")
+
+    @property
+    def num_vertices(self) -> int:
+        return self._shape.count
+
+    def read(self, frame: int) -> Frame:
+        return Frame(self._of(frame), self._shape)
+
+
+def checked_triangles(triangles: npt.NDArray, vertices: int, path: str) -> Ints:
+    if triangles.ndim != 2 or triangles.shape[1] != 3 or not len(triangles):
+        raise SequenceError(f"the faces in {path} have the shape {triangles.shape}; "
+                            f"(triangles, 3) is needed")
+    if triangles.dtype.kind not in "iu":
+        raise SequenceError(f"the faces in {path} are of {triangles.dtype}; integers are needed")
+    if triangles.min() < 0 or triangles.max() >= vertices:
+        raise SequenceError(f"a face in {path} names vertex {triangles.max()} of {vertices} "
+                            f"(counted from 0); export vertices and faces of the same mesh")
+    return triangles.astype(np.int64)
+
+
+def _arrays_in(path: str) -> Dict[str, npt.NDArray]:
+    """The arrays of numbers. Their memory is bounded by what the archive says that it holds."""
+    arrays = {}
+    with zipfile.ZipFile(path) as archive:
+        for info in archive.infolist():
+            with archive.open(info) as file:
+                version = np.lib.format.read_magic(file)
+                read_header = (np.lib.format.read_array_header_1_0 if version == (1, 0)
+                               else np.lib.format.read_array_header_2_0)
+                shape, _, dtype = read_header(file)
+            count = 1
+            for side in shape:
+                count *= side
+            most = min(info.file_size, 1100 * info.compress_size)  # DEFLATE makes no more of it
+            if dtype.hasobject or count * dtype.itemsize > most:
+                raise ValueError(f"{info.filename} announces more than it holds")
+            if dtype.kind in "fiu":
+                with archive.open(info) as file:
+                    arrays[info.filename[:-len(".npy")]] = np.lib.format.read_array(
+                        file, allow_pickle=False)
+    return arrays
+
+
+def _pick(arrays: Dict[str, npt.NDArray], names: Tuple[str, ...], dimensions: int) -> Optional[str]:
+    """The array with one of these names, else the only one of this shape."""
+    fitting = [key for key, array in arrays.items()
+               if array.ndim == dimensions and array.shape[-1] == 3]
+    named = [key for key in names if key in fitting]
+    return named[0] if named else fitting[0] if len(fitting) == 1 else None
+
+
+def read_npz(path: str, name: str, unit: str, file_unit: str,
+             mesh_triangles: Optional[Ints]) -> ArraySequence:
+    """SequenceError when it is no such file, or has no faces and none are given."""
+    try:
+        arrays = _arrays_in(path)
+    except (OSError, ValueError, EOFError, MemoryError, zipfile.BadZipFile, struct.error,
+            NotImplementedError, RuntimeError) as error:
+        raise SequenceError(f"{path} cannot be read as .npz ({error}); "
+                            f"save it again with numpy.savez") from None
+    key = _pick(arrays, _POSITIONS, 3)
+    if key is None:
+        raise SequenceError(f"{path} has no array of the shape (frames, vertices, 3); save it with "
+                            f"numpy.savez('{name}.npz', vertices=..., faces=...)")
+    positions = arrays.pop(key)
+    if not positions.size:
+        raise SequenceError(f"{path} has no positions: {key} has the shape {positions.shape}")
+    if mesh_triangles is None:
+        faces = _pick(arrays, _FACES, 2)
+        if faces is None:
+            raise SequenceError(f"{path} has no array 'faces' of the shape (triangles, 3); add it, "
+                                f"or name a mesh file beside it: --moving {path} mesh.obj")
+        mesh_triangles = arrays[faces]
+    triangles = checked_triangles(mesh_triangles, positions.shape[1], path)
+    numbers = [float(frame) for frame in range(len(positions))]
+    return ArraySequence(name, numbers, positions, triangles, factor(file_unit, unit))
+
+
+def read_pc2(path: str, name: str, unit: str, file_unit: str, vertices: int,
+             triangles: Ints) -> ArraySequence:
+    """A point cache, of a mesh with so many vertices. A file that ends early keeps its frames."""
+    header = struct.Struct("<12siiffi")
+    try:
+        with open(path, "rb") as file:
+            data = file.read()
+        magic, _, count, start, rate, frames = header.unpack_from(data)
+    except (OSError, struct.error) as error:
+        raise SequenceError(f"{path} cannot be read as .pc2: {error}") from None
+    if not magic.startswith(b"POINTCACHE2") or count <= 0 or frames <= 0:
+        raise SequenceError(f"{path} is no point cache (.pc2) with frames; export it again")
+    if count != vertices:
+        raise SequenceError(f"{path} has {count} vertices, and its mesh {vertices}; name the mesh "
+                            f"that this cache was made of")
+    there = min((len(data) - header.size) // (12 * count), frames)
+    if there < 1:
+        raise SequenceError(f"{path} ends within its first frame; export it again")
+    positions = np.frombuffer(data, "<f4", 3 * count * there, header.size)
+    numbered = np.isfinite(start) and np.isfinite(rate) and rate > 0
+    numbers = [start + rate * i if numbered else float(i) for i in range(there)]
+    sequence = ArraySequence(name, numbers, positions.reshape(there, count, 3), triangles,
+                             factor(file_unit, unit))
+    if there < frames:
+        sequence.problems.append(f"{path} announces {frames} frames and ends after {there}; "
+                                 f"only these were used; export it again")
+    return sequence

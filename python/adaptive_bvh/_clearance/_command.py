@@ -1,0 +1,85 @@
+"""The command: one run, and what it says and writes."""
+
+import argparse
+import sys
+from typing import Dict, List, Optional, Sequence as Many
+
+from ._arguments import parser
+from ._frames import Sequence, SequenceError
+from ._inputs import InputError, Inputs
+from ._lengths import LengthError
+from ._opening import Part
+from ._progress import Progress
+from ._run import INTERRUPTED, WRONG_INPUT, Outcome, check
+from ._table import Numbering, checked_text, csv_text, headline, text_table, write_whole
+
+
+def say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """One run. Returns the exit status."""
+    inputs = Inputs(arguments, arguments.moving)
+    parts = inputs.open_parts()
+    sequences = inputs.open_moving()
+    outcome = inputs.outcome
+    progress = Progress("checking", sum(max(len(s) - 1, 1) for s in sequences))
+    check(sequences, parts, inputs.settings(parts), outcome, ignored=arguments.ignore,
+          threads=arguments.threads, advance=progress.advance,
+          on_stop=lambda: say("\nCtrl-C: ends here, and reports what was done"))
+    progress.end()
+    numberings = {sequence.name: Numbering(sequence.numbers) for sequence in sequences}
+    for warning in outcome.warnings:
+        say(f"warning: {warning}")
+    for problem in outcome.all_problems:
+        say(f"error: {problem}")
+    print(headline(outcome))
+    print(text_table(outcome, numberings))
+    _say_checked(outcome, numberings)
+    return max(outcome.status, _write(arguments, outcome, sequences, parts, numberings))
+
+
+def _say_checked(outcome: Outcome, numberings: Dict[str, Numbering]) -> None:
+    for body in outcome.bodies:
+        if not body.is_complete:
+            done = checked_text(body, numberings[body.name]) or "none"
+            print(f"{body.name}: only these frames were checked: {done}")
+
+
+def _write(arguments: argparse.Namespace, outcome: Outcome, sequences: List[Sequence],
+           parts: List[Part], numberings: Dict[str, Numbering]) -> int:
+    """The files that are wanted. Returns a status: 2 when one cannot be written."""
+    status = 0
+    if arguments.csv:
+        try:
+            write_whole(arguments.csv, csv_text(outcome, numberings))
+        except OSError as error:
+            say(f"error: {arguments.csv} cannot be written ({error.strerror}); name another file")
+            status = WRONG_INPUT
+    if arguments.report:
+        from ._report import write_report
+        try:
+            write_report(arguments.report, outcome, sequences, parts, numberings,
+                         up=arguments.up or "z")
+        except (OSError, RuntimeError) as error:
+            say(f"error: {arguments.report} cannot be written ({error})")
+            status = WRONG_INPUT
+    return status
+
+
+def main(arguments: Optional[Many[str]] = None) -> int:
+    """Runs the command. Returns the exit status: 0 kept, 1 not kept, 2 wrong input, 130 Ctrl-C."""
+    given = parser().parse_args(arguments)
+    try:
+        if given.study:
+            from ._study import run_study
+            return run_study(given)
+        return run(given)
+    except (InputError, SequenceError, LengthError) as error:
+        for line in str(error).splitlines():
+            say(f"error: {line}")
+        return WRONG_INPUT
+    except KeyboardInterrupt:
+        say("interrupted")
+        return INTERRUPTED

@@ -1,0 +1,143 @@
+"""A frame of a sequence, and how the vertices of its triangles are joined."""
+
+from collections import Counter
+from typing import List, NamedTuple, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+
+class FrameError(ValueError):
+    """A frame that cannot be used. Says why, and what to do."""
+
+
+class SequenceError(ValueError):
+    """Files that are no sequence or part. Says why, and what to do."""
+
+
+class Topology:
+    """Triangles, and the vertices that they have: all of a file, or one of those at the same place.
+
+    Many formats repeat a vertex for each triangle (STL always does). Vertices that coincide in the
+    first frame are joined, in all frames in which they still coincide. The number of a triangle is
+    the same in both.
+    """
+
+    def __init__(self, triangles: Ints, kept: Optional[Ints] = None, same: Optional[Ints] = None):
+        self.triangles = triangles
+        self._kept = kept  # the vertices of a file that are vertices here; None: all
+        self._same = same  # (K, 2), of the others: each, and the one that it is joined with
+
+    def vertices(self, positions: Floats) -> Optional[Floats]:
+        """Those of the positions in a file; None where vertices to be joined have come apart."""
+        if self._kept is None or self._same is None:
+            return positions
+        if not np.array_equal(positions[self._same[:, 0]], positions[self._same[:, 1]]):
+            return None
+        return positions.take(self._kept, axis=0)
+
+
+class Shape:
+    """The triangles of a file, with the topologies that they may have: joined first, if any are."""
+
+    def __init__(self, positions: Floats, triangles: Ints):
+        self.triangles = triangles
+        self.count = len(positions)
+        self.topologies: List[Topology] = [Topology(triangles)]
+        order = np.lexsort(positions.T)  # stable: equal vertices stay in the order of the file
+        rows = positions[order]
+        first = np.ones(len(rows), bool)
+        first[1:] = (rows[1:] != rows[:-1]).any(axis=1)
+        if not first.all():
+            into = np.empty(len(rows), np.int64)
+            into[order] = order[first][np.cumsum(first) - 1]  # which vertex stands for each
+            is_kept = into == np.arange(len(into))
+            others = np.flatnonzero(~is_kept)
+            rank = np.cumsum(is_kept) - 1
+            self.topologies.insert(0, Topology(rank[into][triangles], np.flatnonzero(is_kept),
+                                               np.stack([others, into[others]], axis=1)))
+
+    def is_of(self, positions: Floats, triangles: Ints) -> bool:
+        """Whether these may be a frame of this shape."""
+        if len(positions) != self.count or triangles.shape != self.triangles.shape:
+            return False
+        return bool(np.array_equal(triangles, self.triangles)) or is_same_surface(
+            triangles, self.triangles)
+
+
+def _add_edges(boundary: Counter, triangle: Ints, sign: int) -> None:
+    for u, v in zip(triangle, np.roll(triangle, -1)):
+        edge = (min(u, v), max(u, v))
+        boundary[edge] += sign if u < v else -sign
+        if boundary[edge] == 0:
+            del boundary[edge]
+
+
+def is_same_surface(a: Ints, b: Ints) -> bool:
+    """Whether triangles differ at most in the diagonals of polygons.
+
+    A polygon that is not flat may be cut along other diagonals in another frame. The triangles of a
+    polygon follow each other, have the polygon's outline as their boundary in both frames, and no
+    corners but those of the outline.
+    """
+    outline: Counter = Counter()  # of the triangles of a since the last polygon that was complete
+    difference: Counter = Counter()  # of that outline and the one in b
+    corners: set = set()
+    for row in np.flatnonzero((a != b).any(axis=1)):
+        _add_edges(outline, a[row], 1)
+        _add_edges(difference, a[row], 1)
+        _add_edges(difference, b[row], -1)
+        corners.update(a[row], b[row])
+        if not difference:
+            if corners != {vertex for edge in outline for vertex in edge}:
+                return False
+            outline.clear()
+            corners.clear()
+    return not difference
+
+
+class Frame(NamedTuple):
+    """Positions as in the file, in the unit of the run. Frames of equal triangles share `shape`."""
+
+    positions: Floats
+    shape: Shape
+
+
+class Sequence:
+    """A body that moves from frame to frame. Frames are read one by one, by any thread."""
+
+    def __init__(self, name: str, numbers: List[float]):
+        self.name = name
+        self.numbers = numbers  # of each frame, as the user counts: of its file, or 0, 1, ...
+        self.gaps: List[int] = []  # frames after which some are missing
+        self.problems: List[str] = []  # sentences about what is missing
+        self.warnings: List[str] = []  # sentences about what is there
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    def label(self, frame: int) -> str:
+        """What the user calls this frame."""
+        return f"frame {self.numbers[frame]:g}"
+
+    @property
+    def num_vertices(self) -> int:
+        """Of a frame, as in its file; frames of other triangles may have others."""
+        raise NotImplementedError
+
+    def read(self, frame: int) -> Frame:
+        """FrameError when the frame cannot be used."""
+        raise NotImplementedError
+
+
+def checked(positions: Floats, label: str) -> Floats:
+    """The positions. FrameError when one is not finite."""
+    finite = np.isfinite(positions)
+    if not finite.all():
+        vertex = int(np.argmin(finite.all(axis=1)))
+        raise FrameError(f"vertex {vertex} of {label} is not a finite number; "
+                         f"export this frame again")
+    return positions

@@ -1,0 +1,94 @@
+"""Which files are a moving body or a part: names, patterns, and the readers of their formats."""
+
+import glob
+import os
+from typing import List, NamedTuple, Optional, Sequence as Many
+
+from .. import DeformableMesh, MeshLoadError
+from ._arrays import read_npz, read_pc2
+from ._files import NumberedFiles, Reading, by_number, name_of
+from ._frames import Sequence, SequenceError
+from ._gltf import GltfSequence
+from ._gltf_document import Document
+
+
+class Part(NamedTuple):
+    """A body that stands still."""
+
+    name: str
+    path: str
+    mesh: DeformableMesh
+
+
+def expanded(names: Many[str]) -> List[str]:
+    """The files of names and of patterns with * and ?, which a shell may have left alone."""
+    paths: List[str] = []
+    for name in names:
+        found = [name] if os.path.exists(name) else sorted(glob.glob(name, recursive=True))
+        if not found:
+            what = "no file fits the pattern" if glob.has_magic(name) else "there is no file"
+            raise SequenceError(f"{what} {name}; check the folder and the name")
+        paths.extend(path for path in found if path not in paths)
+    return paths
+
+
+def _suffix(path: str) -> str:
+    return os.path.splitext(path)[1].lower()
+
+
+def _stem(path: str) -> str:
+    return os.path.splitext(os.path.basename(path))[0]
+
+
+def open_moving(names: Many[str], reading: Reading, rate: float) -> List[Sequence]:
+    """The sequences of one --moving: mostly one; several if numbered files have different names."""
+    paths = expanded(names)
+    caches = [path for path in paths if _suffix(path) in (".npz", ".pc2")]
+    if caches:
+        return [_open_cache(paths, caches, reading)]
+    if len(paths) == 1 and _suffix(paths[0]) in (".gltf", ".glb"):
+        path = paths[0]
+        if Document(path).list("animations"):
+            return [GltfSequence(path, _stem(path), rate, reading.scale(path), reading.up)]
+    return [NumberedFiles(name_of(key), files, reading)
+            for key, files in by_number(paths).items()]
+
+
+def _open_cache(paths: List[str], caches: List[str], reading: Reading) -> Sequence:
+    meshes = [path for path in paths if path not in caches]
+    cache = caches[0]
+    if len(caches) > 1 or len(meshes) > 1:
+        raise SequenceError(f"{cache} stands with other files; give --moving once for each body: "
+                            f"the file, and at most one mesh beside it")
+    mesh = None
+    if meshes:
+        try:
+            mesh = reading.mesh(meshes[0], weld=False)
+        except (MeshLoadError, OSError) as error:
+            raise SequenceError(str(error)) from None
+    if _suffix(cache) == ".npz":
+        return read_npz(cache, _stem(cache), reading.unit, reading.file_unit,
+                        mesh.faces if mesh is not None else None)
+    if mesh is None:
+        raise SequenceError(f"{cache} holds positions only; name its mesh beside it: "
+                            f"--moving {cache} mesh.obj")
+    return read_pc2(cache, _stem(cache), reading.unit, reading.file_unit, len(mesh.vertices),
+                    mesh.faces)
+
+
+def open_part(path: str, reading: Reading) -> Part:
+    """SequenceError when the file cannot be used."""
+    try:
+        return Part(_stem(path), path, DeformableMesh(reading.mesh(path, weld=True)))
+    except (MeshLoadError, OSError, ValueError) as error:
+        raise SequenceError(f"{error}; this part is left out, export it again") from None
+
+
+def distinct(names: Many[str], otherwise: Optional[Many[str]] = None) -> List[str]:
+    """Names that tell bodies apart: those that come twice are numbered, or get another name."""
+    result: List[str] = []
+    for i, name in enumerate(names):
+        if names.count(name) > 1:
+            name = otherwise[i] if otherwise else f"{name} ({names[:i].count(name) + 1})"
+        result.append(name)
+    return result
