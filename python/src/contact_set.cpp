@@ -71,8 +71,7 @@ namespace {
 /// Of a kind, as Python sees it: a copy.
 struct Numbered : Bound {
   Numbered() = default;
-  explicit Numbered(const NumberedPairs& pairs)
-      : list(pairs) {
+  explicit Numbered(const NumberedPairs& pairs) : list(pairs) {
     for (const BodyPair& pair : pairs.bodies) bodies.push_back({pair.first, pair.second});
     pairs.list(numbers);
   }
@@ -282,9 +281,9 @@ void bindContactSet(py::module_& module) {
                     const py::object&>(),
            "first"_a, "second"_a, "distance"_a, py::kw_only(), "elements"_a = "triangles",
            "ignored"_a = py::none(), docs::kInitPair)
-      .def(py::init<const LockedScene&, double, const std::string&, const py::object&>(),
-           "scene"_a, "distance"_a, py::kw_only(), "elements"_a = "triangles",
-           "ignored"_a = py::none(), py::keep_alive<1, 2>(), docs::kInitScene)
+      .def(py::init<const LockedScene&, double, const std::string&, const py::object&>(), "scene"_a,
+           "distance"_a, py::kw_only(), "elements"_a = "triangles", "ignored"_a = py::none(),
+           py::keep_alive<1, 2>(), docs::kInitScene)
       .def("update", &PySet::update, "tf1"_a = py::none(), "tf2"_a = py::none(), docs::kUpdate)
       .def("__len__",
            [](PySet& self) {
@@ -301,7 +300,8 @@ void bindContactSet(py::module_& module) {
           "How many searches there were so far, of all meshes or of a part.");
   const auto define = [&](const char* name, const std::optional<FeatureKind>& kind,
                           const char* doc) {
-    set.def_property_readonly(name, [kind](PySet& self) { return numbered(self, kind); }, doc);
+    set.def_property_readonly(
+        name, [kind](PySet& self) { return numbered(self, kind); }, doc);
   };
   define("triangles", std::nullopt, "NumberedPairs of triangles: a copy.");
   define("vertex_face", FeatureKind::VertexFace, "NumberedPairs of a vertex and a face: a copy.");
