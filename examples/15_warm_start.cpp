@@ -1,6 +1,6 @@
-// A stack of plates that comes to rest: a solver that starts each step with the impulses of the last
-// one. They stand in an array by the numbers that a ContactSet gives to contacts. With and without
-// this start, by four iterations a step.
+// A stack of plates that comes to rest: a solver that starts each step with the impulses of the
+// last one. They stand in an array by the numbers that a ContactSet gives to contacts. With and
+// without this start, by four iterations a step.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -49,7 +49,7 @@ double settle(bool warm) {
     for (int i = 0; i < kPlates; ++i) {
       if (i > 0) speed[i] -= kGravity * kStep;
       fcl::Transform3d tf = fcl::Transform3d::Identity();
-      tf.translation() = {0.013 * i, 0.017 * i, height[i]};
+      tf.translation() = fcl::Vector3d(0.013 * i, 0.017 * i, height[std::size_t(i)]);
       scene.setTransform(adaptive_bvh::BodyId(i), tf);
     }
     scene.update();

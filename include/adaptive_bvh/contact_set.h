@@ -25,10 +25,11 @@ namespace adaptive_bvh {
 /// (proximity.h).
 ///
 /// **Numbers.** Each pair has a number. It keeps it as long as it lives: from the update that adds
-/// it to the update that removes it. Arrays of the caller (impulses, states of friction) are indexed
-/// by it. Numbers are small: a number that an update has removed may be given to another pair in a
-/// later update. `compact` closes the gaps, and says how to move the arrays. If a mesh gets other
-/// triangles, all of its pairs are removed. Numbers do not depend on the number of threads.
+/// it to the update that removes it. Arrays of the caller (impulses, states of friction) are
+/// indexed by it. Numbers are small: a number that an update has removed may be given to another
+/// pair in a later update. `compact` closes the gaps, and says how to move the arrays. If a mesh
+/// gets other triangles, all of its pairs are removed. Numbers do not depend on the number of
+/// threads.
 ///
 /// **Time.** An update costs what has changed. The set keeps the pairs that are a little farther
 /// apart, too, and how far both parts of a pair may move, one relative to the other, before the
@@ -123,7 +124,7 @@ struct Renumbering {
 struct ContactSetWork {
   std::size_t candidates = 0;  ///< pairs of triangles that are kept, within the margin
   std::size_t tested = 0;      ///< of these, pairs that the last update tested
-  std::size_t searches = 0;    ///< searches so far, of all meshes or of a part, for each pair of them
+  std::size_t searches = 0;  ///< searches so far, of all meshes or of a part, for each pair of them
 };
 
 /// Near pairs, kept from step to step; \ref contact_set.h describes answers, numbers, errors and
@@ -152,8 +153,8 @@ class ContactSet {
   /// frame. For a scene, call Scene::update before; otherwise throws std::logic_error. Returns at
   /// once if nothing has changed, and allocates nothing in steady steps on one thread.
   std::size_t update();
-  /// The same, with the transforms of the two meshes. Of one mesh with itself and of a scene, throws
-  /// std::logic_error.
+  /// The same, with the transforms of the two meshes. Of one mesh with itself and of a scene,
+  /// throws std::logic_error.
   std::size_t update(const Transform& tf1, const Transform& tf2);
 
   /// The pairs of triangles; empty for a set of features.
@@ -169,10 +170,10 @@ class ContactSet {
   void compact(Renumbering& moved);
 
   /// Computes distance, nearest points and normal of pairs of triangles, for the present positions
-  /// and the transforms of the last update. `coordinates` stays empty. A normal has the length 1 and
-  /// points from the first to the second; of triangles that touch it is that of their contact in
-  /// `collide`. `result` is overwritten, in the order of `numbers`. Throws std::invalid_argument if
-  /// no pair has one of the numbers.
+  /// and the transforms of the last update. `coordinates` stays empty. A normal has the length 1
+  /// and points from the first to the second; of triangles that touch it is that of their contact
+  /// in `collide`. `result` is overwritten, in the order of `numbers`. Throws std::invalid_argument
+  /// if no pair has one of the numbers.
   void details(const std::vector<unsigned>& numbers, FeatureDetails<S>& result) const;
   /// Computes the details of pairs of features, as featurePairDetails.
   void details(FeatureKind kind, const std::vector<unsigned>& numbers,

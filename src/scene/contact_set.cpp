@@ -86,8 +86,7 @@ void clear(FeatureDetails<double>& details) {
 /// Adds the contacts of pairs of triangles that touch.
 void addContacts(const KeptMeshes& meshes, const fcl::Transform3d& tf,
                  const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
-                 const FeaturePair* pairs, std::size_t count,
-                 const CollisionQuery<double>& query) {
+                 const FeaturePair* pairs, std::size_t count, const CollisionQuery<double>& query) {
   const PlacedTriangles<double> first{&o1, meshes.first.mesh.view(), tf},
       second{&o2, meshes.second.mesh.view(), meshes.is_self ? tf : meshes.second.tf};
   for (std::size_t i = 0; i < count && !query.isSatisfied(); ++i)
@@ -119,8 +118,8 @@ struct ContactSet<S>::State {
   Transform tf1 = Transform::Identity(), tf2 = Transform::Identity();
   std::shared_ptr<const KeptRequest> request;
   PairNumbers numbers;
-  KeptPairs pairs;              ///< of meshes
-  OfBodies of_bodies;           ///< of a scene
+  KeptPairs pairs;                  ///< of meshes
+  OfBodies of_bodies;               ///< of a scene
   std::uint64_t scene_version = 0;  ///< of the last update; 0 before the first
 
   void updateMeshes(const Transform& to1, const Transform& to2) {
@@ -139,7 +138,8 @@ struct ContactSet<S>::State {
 
   /// The meshes of a pair; `pair`: of the scene.
   KeptMeshes meshesOf(const BodyPair& pair) const {
-    if (!scene) return second ? KeptMeshes({*first, tf1}, {*second, tf2}) : KeptMeshes(stateOf(*first));
+    if (!scene)
+      return second ? KeptMeshes({*first, tf1}, {*second, tf2}) : KeptMeshes(stateOf(*first));
     const Body &a = bodies().bodies[bodies().indexOf(pair.first)],
                &b = bodies().bodies[bodies().indexOf(pair.second)];
     return keptMeshes(a, b);
@@ -152,8 +152,8 @@ struct ContactSet<S>::State {
     if (scene && meshes.is_self) return bodies().bodies[bodies().indexOf(pair.first)].tf;
     return meshes.first.tf;
   }
-  /// Calls act(meshes, transform, bodies, pairs, count) for numbers, together as long as they are of
-  /// the same meshes. Throws std::invalid_argument if there is no pair with a number.
+  /// Calls act(meshes, transform, bodies, pairs, count) for numbers, together as long as they are
+  /// of the same meshes. Throws std::invalid_argument if there is no pair with a number.
   template <typename Act>
   void forEachMeshes(unsigned kind, const std::vector<unsigned>& of, const Act& act) const {
     const NumberedPairs& list = numbers[kind];
@@ -206,8 +206,10 @@ void ContactSet<S>::State::updateScene() {
   std::size_t next = 0;  // of the tasks, whose order is that of the map
   const auto isTask = [&](const auto& entry) {
     while (next < tasks.size() && tasks[next].pairs != &entry.second) {
-      if (BodyPair{tasks[next].a->id, tasks[next].b->id} < entry.first) ++next;
-      else return false;
+      if (BodyPair{tasks[next].a->id, tasks[next].b->id} < entry.first)
+        ++next;
+      else
+        return false;
     }
     return next < tasks.size();
   };
@@ -302,8 +304,7 @@ void ContactSet<S>::compact(Renumbering& moved) {
 }
 
 template <typename S>
-void ContactSet<S>::details(const std::vector<unsigned>& numbers,
-                            FeatureDetails<S>& result) const {
+void ContactSet<S>::details(const std::vector<unsigned>& numbers, FeatureDetails<S>& result) const {
   if (state_->request->has_features && !numbers.empty())
     throw std::invalid_argument("adaptive_bvh: a ContactSet of features has no triangles");
   const Leased<FeaturePairDetails<double>> found;
@@ -326,17 +327,16 @@ void ContactSet<S>::details(FeatureKind kind, const std::vector<unsigned>& numbe
   const Leased<FeaturePairs> asked;
   FeatureDetails<double>& all = (*found)[0].vertex_face;
   clear(all);
-  state_->forEachMeshes(
-      unsigned(kind), numbers,
-      [&](const KeptMeshes& meshes, const fcl::Transform3d& tf, const BodyPair&,
-          const std::vector<FeaturePair>& pairs) {
-        asked->clear();
-        FeaturePairDetails<double>& details = (*found)[1];
-        listOf(*asked, kind) = pairs;
-        findFeatureDetails({meshes.first.mesh, tf}, meshes.second.mesh, meshes.to_first, *asked,
-                           details);
-        append(detailsOf(details, kind), all);
-      });
+  state_->forEachMeshes(unsigned(kind), numbers,
+                        [&](const KeptMeshes& meshes, const fcl::Transform3d& tf, const BodyPair&,
+                            const std::vector<FeaturePair>& pairs) {
+                          asked->clear();
+                          FeaturePairDetails<double>& details = (*found)[1];
+                          listOf(*asked, kind) = pairs;
+                          findFeatureDetails({meshes.first.mesh, tf}, meshes.second.mesh,
+                                             meshes.to_first, *asked, details);
+                          append(detailsOf(details, kind), all);
+                        });
   narrowTo(all, result);
 }
 
@@ -360,12 +360,12 @@ std::size_t ContactSet<S>::contacts(const fcl::CollisionRequest<S>& request,
         } else if (!o2) {
           o2 = o1;
         }
-        answerInDouble(user_query, o1, o2,
-                       [&](const fcl::CollisionGeometryd& first,
-                           const fcl::CollisionGeometryd& second,
-                           const CollisionQuery<double>& query) {
-                         addContacts(meshes, tf, first, second, pairs.data(), pairs.size(), query);
-                       });
+        answerInDouble(
+            user_query, o1, o2,
+            [&](const fcl::CollisionGeometryd& first, const fcl::CollisionGeometryd& second,
+                const CollisionQuery<double>& query) {
+              addContacts(meshes, tf, first, second, pairs.data(), pairs.size(), query);
+            });
       });
   return result.numContacts();
 }
@@ -374,7 +374,7 @@ template <typename S>
 ContactSetWork ContactSet<S>::work() const {
   ContactSetWork work;
   const auto add = [&](const KeptPairs& pairs) {
-    work.candidates += pairs.candidates();
+    work.candidates += pairs.numCandidates();
     work.tested += pairs.tested();
     work.searches += pairs.searches();
   };

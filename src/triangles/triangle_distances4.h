@@ -79,8 +79,8 @@ class TriangleDistances4 {
     return {isNear(nearest.squared, limit), by_edges.apart | apart(nearest, limit)};
   }
 
-  /// Bounds the distances by the nearest points of edges and faces. Both bounds are the distance, up
-  /// to rounding, except for triangles that intersect.
+  /// Bounds the distances by the nearest points of edges and faces. Both bounds are the distance,
+  /// up to rounding, except for triangles that intersect.
   DistanceBounds4 bounds() const {
     Nearest nearest;
     considerEdges(nearest);

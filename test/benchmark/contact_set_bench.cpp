@@ -1,5 +1,5 @@
-// ContactSet beside new queries, in turns in one process: how much of their time an update takes, on
-// average over a run, updates of the meshes excluded. Ends with status 1 when the pairs differ.
+// ContactSet beside new queries, in turns in one process: how much of their time an update takes,
+// on average over a run, updates of the meshes excluded. Ends with status 1 when the pairs differ.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -77,8 +77,8 @@ struct Found {
   FeaturePairs features;
 };
 
-void compare(const ContactSetd& set, const Request& request, const adaptive_bvh::TrianglePairs<double>& triangles,
-             const FeaturePairs& features) {
+void compare(const ContactSetd& set, const Request& request,
+             const adaptive_bvh::TrianglePairs<double>& triangles, const FeaturePairs& features) {
   const bool same =
       request.elements == ContactElements::Triangles
           ? areSame(set.triangles(), triangles.triangles)
@@ -90,8 +90,8 @@ void compare(const ContactSetd& set, const Request& request, const adaptive_bvh:
   failed = true;
 }
 
-/// Runs steps: move(i) changes the meshes, query() finds all pairs anew, compare() compares. Prints a
-/// row with the ratio of the average times.
+/// Runs steps: move(i) changes the meshes, query() finds all pairs anew, compare() compares. Prints
+/// a row with the ratio of the average times.
 void run(const std::string& name, ContactSetd& set, int steps, double allowed,
          const std::function<void(int)>& move, const std::function<void()>& query,
          const std::function<void()>& compare_both) {
@@ -112,17 +112,20 @@ void run(const std::string& name, ContactSetd& set, int steps, double allowed,
     candidates += set.work().candidates;
   }
   const double n = steps;
-  std::printf("| %s | %zu | %.0f | %.2f | %.0f %% | %.3g | %.3g | %.3g | %.3f | %s |\n", name.c_str(),
-              set.size(), double(changed) / n, double(candidates) / n / double(std::max<std::size_t>(1, set.size())),
-              100 * double(tested) / double(std::max<std::size_t>(1, candidates)), first, of_query / n, of_set / n,
-              of_set / of_query, of_set / of_query <= allowed ? "" : "more than allowed");
+  std::printf("| %s | %zu | %.0f | %.2f | %.0f %% | %.3g | %.3g | %.3g | %.3f | %s |\n",
+              name.c_str(), set.size(), double(changed) / n,
+              double(candidates) / n / double(std::max<std::size_t>(1, set.size())),
+              100 * double(tested) / double(std::max<std::size_t>(1, candidates)), first,
+              of_query / n, of_set / n, of_set / of_query,
+              of_set / of_query <= allowed ? "" : "more than allowed");
 }
 
 void printHead(const char* title) {
-  std::printf("\n%s\n| | pairs | changed a step | candidates / pairs | tested | first update, ms | "
-              "query, ms | update, ms | ratio | |\n"
-              "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- |\n",
-              title);
+  std::printf(
+      "\n%s\n| | pairs | changed a step | candidates / pairs | tested | first update, ms | "
+      "query, ms | update, ms | ratio | |\n"
+      "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- |\n",
+      title);
 }
 
 /// One mesh with itself, along straight lines between two frames.
@@ -265,9 +268,13 @@ void crowd(int count, int steps) {
       adaptive_bvh::ProximityRequest<double> of;
       of.distance = request.distance;
       const int moving = std::max(1, int(share * count));
-      run(std::to_string(moving) + " of " + std::to_string(count) + " blobs move by " +
+      run(
+          std::to_string(moving) + " of " + std::to_string(count) + " blobs move by " +
               std::to_string(speed).substr(0, 4) + " edges",
-          set, steps, share < 1 ? 0.1 : speed > 0.02 ? 1.1 : 0.35,
+          set, steps,
+          share < 1      ? 0.1
+          : speed > 0.02 ? 1.1
+                         : 0.35,
           [&](int) {
             for (int i = 0; i < moving; ++i) {
               poses[std::size_t(i)].translation() +=
@@ -312,7 +319,8 @@ int main(int argc, char** argv) {
   printHead("A crowd, pairs within half an edge");
   crowd(is_small ? 30 : 300, std::min(steps, 24));
 #ifdef ADAPTIVE_BVH_HAS_MESH_IO
-  for (const std::string name : {"cloth_funnel_227 cloth_funnel_228", "armadillo_rollers_326 armadillo_rollers_327"}) {
+  for (const std::string name :
+       {"cloth_funnel_227 cloth_funnel_228", "armadillo_rollers_326 armadillo_rollers_327"}) {
     const auto space = name.find(' ');
     const std::string from = data + "/" + name.substr(0, space) + ".ply",
                       to = data + "/" + name.substr(space + 1) + ".ply";

@@ -163,8 +163,13 @@ TEST(WideSearch, FindsPairsOfMarkedNodes) {
       if (is_self) second = first;
       const BoxFrame frame(nullptr, 0.05);
       const NodePair root{0, 0};
-      WideSearch search({a.tree.nodes(), b.tree.nodes(), a.tree.depth() + b.tree.depth(), frame,
-                         is_self, nullptr, {marks1.data(), marks2.data()}});
+      WideSearch search({a.tree.nodes(),
+                         b.tree.nodes(),
+                         a.tree.depth() + b.tree.depth(),
+                         frame,
+                         is_self,
+                         nullptr,
+                         {marks1.data(), marks2.data()}});
       std::vector<NodePair> below{root};
       for (const bool splits : {false, true}) {
         if (splits) search.split(below, 20, adaptive_bvh::TaskPool(1));

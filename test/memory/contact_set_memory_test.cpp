@@ -68,7 +68,7 @@ class ContactSetMemory : public testing::TestWithParam<ContactElements> {
   }
   /// Lets each allocation of `update` fail, of sets of `make`.
   template <typename Make>
-  static void failEach(const Make& make) {
+  static void failEach(const Make& make, bool allocates = false) {
     int failures = 0;
     std::vector<std::vector<FeaturePair>> after;
     for (long n = 0;; ++n) {
@@ -93,7 +93,7 @@ class ContactSetMemory : public testing::TestWithParam<ContactElements> {
       ASSERT_EQ(after, Seen(set).pairs()) << "allocation " << n;
       if (n > 0 && !was_reached) break;
     }
-    EXPECT_GT(failures, 0);
+    EXPECT_GE(failures, int(allocates));
   }
 
   RandomGeometry<double> random_{77};
@@ -104,7 +104,7 @@ INSTANTIATE_TEST_SUITE_P(Both, ContactSetMemory,
 TEST_P(ContactSetMemory, AFailedUpdateLeavesTheSet) {
   DeformableMeshd mesh(gridBall<double>(10, 8)), other(mesh);
   other.update(moved(other.vertices(), 0.3));
-  failEach([&] { return ContactSetd(mesh, other, request()); });
+  failEach([&] { return ContactSetd(mesh, other, request()); }, true);
   const auto start = mesh.vertices();
   for (const double by : {0.004, 0.05, 0.5}) {
     const auto then = moved(start, by);
@@ -138,7 +138,7 @@ TEST_P(ContactSetMemory, AFailedUpdateOfASceneLeavesTheSet) {
   }
   const auto start = meshes[1].vertices(), then = moved(start, 0.05);
   scene.update();
-  failEach([&] { return ContactSetd(scene, request()); });
+  failEach([&] { return ContactSetd(scene, request()); }, true);
   failEach([&] {
     scene.setTransform(0, fcl::Transform3d::Identity());
     meshes[1].update(start);
@@ -147,7 +147,7 @@ TEST_P(ContactSetMemory, AFailedUpdateOfASceneLeavesTheSet) {
     set.update();
     meshes[1].update(then);
     fcl::Transform3d away = fcl::Transform3d::Identity();
-    away.translation() = {9, 9, 9};
+    away.translation() = Vector3<double>(9, 9, 9);
     scene.setTransform(0, away);
     scene.update();
     return set;

@@ -24,14 +24,14 @@ inline quad::Real distance(const quad::Point& a, const quad::Point& b, const qua
 }
 
 /// All pairs of features of meshes with small whole numbers as coordinates that are at most `limit`
-/// apart, a whole number. Whatever is not, is farther by more than 1e-12. `is_self`: of one mesh,
-/// without features that have a vertex in common.
+/// apart, a whole number, and `beyond`. Whatever is not within `limit`, is farther by more than
+/// 1e-12. `is_self`: of one mesh, without features that have a vertex in common.
 inline FeatureSet featurePairs(const TriangleMesh<double>& first,
-                               const TriangleMesh<double>& second, int limit,
-                               bool is_self = false) {
+                               const TriangleMesh<double>& second, int limit, bool is_self = false,
+                               double beyond = 1e-12) {
   using adaptive_bvh::FeatureKind;
   FeatureSet pairs;
-  const quad::Real most = quad::Real(limit) + quad::Real(1e-12);
+  const quad::Real most = quad::Real(limit) + quad::Real(beyond);
   const auto of = [](const TriangleMesh<double>& mesh, std::size_t v) {
     return quad::of(mesh.vertices[v]);
   };

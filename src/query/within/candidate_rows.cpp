@@ -40,125 +40,157 @@ unsigned SmallIds::append(unsigned element) {
   return map()[element] = id;
 }
 
-void CandidateRows::merge(const std::vector<FeaturePair>& found, bool is_all, std::size_t num_first,
+void CandidateRows::merge(const std::vector<FeaturePair>& found, std::size_t num_first,
                           std::size_t num_second) {
   const Leased<MergeMemory> memory;
   rows_.resize(num_first);
-  if (second_.size() > 2 * used_ + 1024) closeGaps();
+  if (end_ > 2 * used_ + 1024) closeGaps();
   sortByRow(found, num_first, *memory);
   if (memory->marks.size() < num_second) memory->marks.resize(num_second, kUnmarked);
   for (unsigned i = 0; i < num_first; ++i) {
     const unsigned begin = memory->begins[i], count = memory->begins[i + 1] - begin;
-    if (count > 0 || (is_all && rows_[i].count > 0))
-      mergeRow(i, memory->seconds.data() + begin, count, is_all, memory->marks.data());
+    if (count > 0) mergeRow(i, memory->seconds.data() + begin, count, memory->marks.data());
   }
 }
 
 /// Merges the ids found in a row, which are overwritten.
-void CandidateRows::mergeRow(unsigned number, unsigned* found, unsigned count, bool is_all,
-                             unsigned* marks) {
+void CandidateRows::mergeRow(unsigned number, unsigned* found, unsigned count, unsigned* marks) {
   Row& row = rows_[number];
   const unsigned end = row.begin + row.count;
-  for (unsigned at = row.begin; at < end; ++at) marks[second_[at]] = at;
+  for (unsigned at = row.begin; at < end; ++at) marks[second_[at]] = kMatched;
   unsigned added = 0;
-  for (unsigned i = 0; i < count; ++i) {
-    const unsigned at = marks[found[i]];
-    if (at == kUnmarked) {
-      found[added++] = found[i];
-    } else if (at != kMatched) {
-      marks[found[i]] = kMatched;
-      bits_[at] &= Bits(~kAbsent);
-    }
-  }
-  for (unsigned at = row.begin; at < end; ++at) {
-    unsigned& mark = marks[second_[at]];
-    if (is_all && mark != kMatched) {
-      bits_[at] |= kAbsent;
-      reserves_[at] = kUnknownReserve;
-    }
-    mark = kUnmarked;
-  }
+  for (unsigned i = 0; i < count; ++i)
+    if (marks[found[i]] == kUnmarked) found[added++] = found[i];
+  for (unsigned at = row.begin; at < end; ++at) marks[second_[at]] = kUnmarked;
   if (added > 0) append(row, found, added);
 }
 
 void CandidateRows::append(Row& row, const unsigned* seconds, unsigned count) {
   if (row.count + count > row.room) moveRow(row, row.count + count);
-  const unsigned end = row.begin + row.count;
-  for (unsigned i = 0; i < count; ++i) {
-    second_[end + i] = seconds[i];
-    bits_[end + i] = 0;
-    pairs_[end + i] = PairLink();
-    reserves_[end + i] = kUnknownReserve;
-  }
+  row.is_new = true;
+  for (unsigned i = 0; i < count; ++i) setNew(row.begin + row.count + i, seconds[i]);
   row.count += count;
   size_ += count;
 }
 
+void CandidateRows::assign(const std::vector<FeaturePair>& found, std::size_t num_first,
+                           std::size_t num_second, const CandidateRows& last, bool has_reserves,
+                           std::vector<Dropped>& dropped) {
+  const Leased<MergeMemory> memory;
+  has_reserves_ = has_reserves && last.has_reserves_;
+  rows_.assign(num_first, Row());
+  sortByRow(found, num_first, *memory);
+  if (memory->marks.size() < num_second) memory->marks.resize(num_second, kUnmarked);
+  enlarge(found.size() + 4 * num_first);
+  dropped.clear();
+  dropped.reserve(last.size_);
+  end_ = 0;
+  for (unsigned i = 0; i < num_first; ++i) {
+    const unsigned begin = memory->begins[i], count = memory->begins[i + 1] - begin;
+    assignRow(i, memory->seconds.data() + begin, count, last, memory->marks.data(), dropped);
+  }
+  size_ = found.size();
+  used_ = end_;
+}
+
+/// Sets a row to the ids found, which are overwritten.
+void CandidateRows::assignRow(unsigned number, unsigned* found, unsigned count,
+                              const CandidateRows& last, unsigned* marks,
+                              std::vector<Dropped>& dropped) {
+  const Row before = number < last.rows_.size() ? last.rows_[number] : Row();
+  for (unsigned at = before.begin; at < before.begin + before.count; ++at)
+    marks[last.second_[at]] = at;
+  Row& row = rows_[number];
+  row.begin = end_;
+  row.count = count;
+  row.room = upToFour(count);
+  unsigned to = end_, added = 0;
+  for (unsigned i = 0; i < count; ++i) {
+    unsigned& mark = marks[found[i]];
+    if (mark == kUnmarked) {
+      found[added++] = found[i];
+    } else if (mark != kMatched) {
+      copy(last, mark, to++);
+      mark = kMatched;
+    }
+  }
+  row.is_new = added > 0 || before.is_new;
+  for (unsigned i = 0; i < added; ++i) setNew(to++, found[i]);
+  for (; to < end_ + row.room; ++to) second_[to] = 0;
+  end_ += row.room;
+  for (unsigned at = before.begin; at < before.begin + before.count; ++at) {
+    unsigned& mark = marks[last.second_[at]];
+    if (mark != kMatched && last.bits_[at]) dropped.push_back({last.pairs_[at], last.bits_[at]});
+    mark = kUnmarked;
+  }
+}
+
+void CandidateRows::copy(const CandidateRows& from, unsigned at, unsigned to) {
+  second_[to] = from.second_[at];
+  bits_[to] = from.bits_[at];
+  pairs_[to] = from.pairs_[at];
+  if (has_reserves_) reserves_[to] = from.reserves_[at];
+}
+void CandidateRows::setNew(unsigned at, unsigned second) {
+  second_[at] = second;
+  bits_[at] = 0;
+  pairs_[at] = PairLink();
+  if (has_reserves_) reserves_[at] = kUnknownReserve;
+}
+
+/// Enlarges the arrays to at least this size.
+void CandidateRows::enlarge(std::size_t size) {
+  if (size >= kMatched) throw std::length_error("adaptive_bvh: a ContactSet is too large");
+  const auto enlargeTo = [&](auto& values) {
+    if (size > values.capacity()) values.reserve(std::max(size, values.size() + values.size() / 2));
+    if (size > values.size()) values.resize(size);
+  };
+  enlargeTo(bits_);
+  enlargeTo(pairs_);
+  if (has_reserves_) enlargeTo(reserves_);
+  enlargeTo(second_);
+}
+
 /// Moves a row to the end, with room for `count` candidates and some more.
 void CandidateRows::moveRow(Row& row, unsigned count) {
-  const unsigned room = upToFour(count + count / 4);
-  const std::size_t begin = second_.size();
-  if (begin + room >= kMatched) throw std::length_error("adaptive_bvh: a ContactSet is too large");
-  const auto reserveFor = [&](auto& values) {
-    if (begin + room > values.capacity())
-      values.reserve(std::max(begin + room, 2 * values.capacity()));
-  };
-  reserveFor(second_);
-  reserveFor(bits_);
-  reserveFor(pairs_);
-  reserveFor(reserves_);
-  second_.resize(begin + room);
-  bits_.resize(begin + room);
-  pairs_.resize(begin + room);
-  reserves_.resize(begin + room);
-  const auto copy = [&](auto& values) {
-    std::copy_n(values.data() + row.begin, row.count, values.data() + begin);
-  };
-  copy(second_);
-  copy(bits_);
-  copy(pairs_);
-  copy(reserves_);
+  const unsigned room = upToFour(count + count / 4), begin = end_;
+  enlarge(std::size_t(begin) + room);
+  for (unsigned i = 0; i < row.count; ++i) copy(*this, row.begin + i, begin + i);
+  for (unsigned i = row.count; i < room; ++i) second_[begin + i] = 0;
+  end_ += room;
   used_ += room - row.room;
-  row.begin = static_cast<unsigned>(begin);
+  row.begin = begin;
   row.room = room;
 }
 
 /// Copies all rows one after the other, without gaps between them.
 void CandidateRows::closeGaps() {
   CandidateRows dense;
-  dense.rows_.resize(rows_.size());
-  const auto reserveFor = [&](auto& values) { values.reserve(used_ + used_ / 4); };
-  reserveFor(dense.second_);
-  reserveFor(dense.bits_);
-  reserveFor(dense.pairs_);
-  reserveFor(dense.reserves_);
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
-    const Row& from = rows_[i];
-    Row& to = dense.rows_[i];
-    if (from.count == 0) continue;
-    dense.moveRow(to, from.count);
-    to.count = from.count;
-    std::copy_n(second_.data() + from.begin, from.count, dense.second_.data() + to.begin);
-    std::copy_n(bits_.data() + from.begin, from.count, dense.bits_.data() + to.begin);
-    std::copy_n(pairs_.data() + from.begin, from.count, dense.pairs_.data() + to.begin);
-    std::copy_n(reserves_.data() + from.begin, from.count, dense.reserves_.data() + to.begin);
+  dense.has_reserves_ = has_reserves_;
+  dense.rows_ = rows_;
+  dense.enlarge(used_ + used_ / 4);
+  for (Row& row : dense.rows_) {
+    const unsigned from = row.begin;
+    row.begin = dense.end_;
+    for (unsigned i = 0; i < row.room; ++i) dense.copy(*this, from + i, row.begin + i);
+    dense.end_ += row.room;
   }
+  dense.used_ = used_;
   dense.size_ = size_;
   *this = std::move(dense);
 }
 
 void CandidateRows::erase(unsigned number, unsigned at) {
   Row& row = rows_[number];
-  const unsigned last = row.begin + --row.count;
-  second_[at] = second_[last];
-  bits_[at] = bits_[last];
-  pairs_[at] = pairs_[last];
-  reserves_[at] = reserves_[last];
+  copy(*this, row.begin + --row.count, at);
   --size_;
 }
 
 void CandidateRows::forgetReserves() {
+  has_reserves_ = true;
+  enlarge(end_);
   std::fill(reserves_.begin(), reserves_.end(), kUnknownReserve);
+  for (Row& row : rows_) row.is_new = true;
 }
 
 }  // namespace adaptive_bvh

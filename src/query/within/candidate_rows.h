@@ -41,22 +41,27 @@ class SmallIds {
   std::vector<unsigned>& elements_;
 };
 
-/// The candidates of a ContactSet: pairs of triangles that are near, or a little farther apart. Each
-/// triangle of the first mesh has a row of those of the second. Triangles are given by ids
+/// The candidates of a ContactSet: pairs of triangles that are near, or a little farther apart.
+/// Each triangle of the first mesh has a row of those of the second. Triangles are given by ids
 /// (TrackedTriangles). Rows lie in blocks of four candidates, for tests of four at once.
 class CandidateRows {
  public:
-  /// What is to be done with a candidate: the number of its pairs that are near, a bit for each.
+  /// The pairs of a candidate that are near, a bit for each.
   using Bits = std::uint16_t;
-  static constexpr Bits kAbsent = 1 << 15;  ///< the last search has not found it
 
-  /// Reserve of a candidate (PairReserve) whose distance is not known: it must be tested.
+  /// Reserve of a candidate (CandidateTester) whose distance is not known: it must be tested.
   static constexpr float kUnknown = -2;
   /// That of a candidate whose distance is so near the limit that each motion may decide.
   static constexpr float kUndecided = -1;
 
   struct Row {
     unsigned begin = 0, count = 0, room = 0;
+    bool is_new = false;  ///< whether there are candidates with the reserve kUnknown
+  };
+  /// A candidate that is no longer one.
+  struct Dropped {
+    PairLink pairs;
+    Bits bits;
   };
 
   const std::vector<Row>& rows() const { return rows_; }
@@ -68,28 +73,38 @@ class CandidateRows {
   Float4& reserve(unsigned at) { return reserves_[at]; }
   PairLink& pairs(unsigned at) { return pairs_[at]; }
   void setBits(unsigned at, Bits bits) { bits_[at] = bits; }
+  /// Says that the candidates of a row with the reserve kUnknown are tested.
+  void setTested(unsigned row) { rows_[row].is_new = false; }
   const unsigned* seconds() const { return second_.data(); }
   const Bits* allBits() const { return bits_.data(); }
   const Float4* reserves() const { return reserves_.data(); }
 
   /// Adds the pairs of ids of a search that are not candidates yet, with the reserve kUnknown.
-  /// `is_all`: the search has found all candidates that are needed; others are marked kAbsent, with
-  /// the reserve kUnknown. After an exception, further calls are possible.
-  void merge(const std::vector<FeaturePair>& found, bool is_all, std::size_t num_first,
-             std::size_t num_second);
+  /// After an exception, further calls are possible.
+  void merge(const std::vector<FeaturePair>& found, std::size_t num_first, std::size_t num_second);
+  /// Makes the pairs of ids of a search the candidates. Those that are candidates of `last` keep
+  /// their pairs and reserves; `dropped` gets those that were not found and have pairs.
+  /// `has_reserves`: whether reserves are needed.
+  void assign(const std::vector<FeaturePair>& found, std::size_t num_first, std::size_t num_second,
+              const CandidateRows& last, bool has_reserves, std::vector<Dropped>& dropped);
   /// Removes a candidate of a row. The last one of the row takes its place.
   void erase(unsigned row, unsigned at);
-  /// Sets all reserves to kUnknown.
+  /// Sets all reserves to kUnknown; from now on they are needed.
   void forgetReserves();
 
   std::size_t bytes() const {
     return rows_.capacity() * sizeof(Row) +
-           second_.capacity() * (sizeof(unsigned) + sizeof(Bits) + sizeof(Float4) +
-                                 sizeof(PairLink));
+           second_.capacity() *
+               (sizeof(unsigned) + sizeof(Bits) + sizeof(Float4) + sizeof(PairLink));
   }
 
  private:
-  void mergeRow(unsigned number, unsigned* found, unsigned count, bool is_all, unsigned* marks);
+  void mergeRow(unsigned number, unsigned* found, unsigned count, unsigned* marks);
+  void assignRow(unsigned number, unsigned* found, unsigned count, const CandidateRows& last,
+                 unsigned* marks, std::vector<Dropped>& dropped);
+  void enlarge(std::size_t size);
+  void copy(const CandidateRows& from, unsigned at, unsigned to);
+  void setNew(unsigned at, unsigned second);
   void append(Row& row, const unsigned* seconds, unsigned count);
   void moveRow(Row& row, unsigned count);
   void closeGaps();
@@ -99,7 +114,9 @@ class CandidateRows {
   std::vector<unsigned> second_;  ///< id of the second triangle
   std::vector<Bits> bits_;
   std::vector<PairLink> pairs_;
-  std::vector<Float4> reserves_;
+  std::vector<Float4> reserves_;  ///< empty if they are not needed
+  bool has_reserves_ = true;
+  unsigned end_ = 0;  ///< of the last row
   std::size_t size_ = 0;
   std::size_t used_ = 0;  ///< sum of the rooms of all rows
 };

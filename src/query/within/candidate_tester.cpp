@@ -69,9 +69,9 @@ FeatureTests::Triangle CandidateTester::triangle(int side, unsigned leaf,
 void CandidateTester::change(const CandidateChange& change, Bits before,
                              CandidateChanges& result) const {
   result.changes.push_back(change);
-  const unsigned last = before & ~unsigned(CandidateRows::kAbsent);
-  result.counts.countAdded(request_.kindsOf(change.bits & ~last, meshes_.is_self));
-  result.counts.countRemoved(request_.kindsOf(last & ~unsigned(change.bits), meshes_.is_self));
+  const unsigned added = change.bits & ~unsigned(before), removed = before & ~unsigned(change.bits);
+  if (added) result.counts.countAdded(request_.kindsOf(added, meshes_.is_self));
+  if (removed) result.counts.countRemoved(request_.kindsOf(removed, meshes_.is_self));
 }
 
 /// Tests of candidates whose reserves are used up, four at a time.
@@ -102,15 +102,19 @@ class CandidateTester::UsedUp {
     unsigned row, at;
   };
 
-  /// Finds the candidates of a row whose reserves are used up.
+  /// Finds the candidates of a row whose reserves are used up. Leaves out those of which no corner
+  /// has moved.
   void scan(unsigned number) {
     const CandidateRows::Row& row = rows_.rows()[number];
     if (row.count == 0) return;
+    const bool is_whole = row.is_new || first_.hasMoved(number);
+    rows_.setTested(number);
     const Float4 minus_centre = first_.motions()[number] * kMinusCentre;
     const Float4* const others = second_.motions();
     const Float4* const reserves = rows_.reserves() + row.begin;
     const unsigned* const seconds = rows_.seconds() + row.begin;
     for (unsigned i = 0; i < row.count; i += 4) {
+      if (!is_whole && !second_.hasAnyMoved(seconds + i)) continue;
       const float4::Rows left =
           float4::transposed(reserves[i] - (minus_centre + others[seconds[i]]),
                              reserves[i + 1] - (minus_centre + others[seconds[i + 1]]),
@@ -161,8 +165,7 @@ class CandidateTester::UsedUp {
   void settle(const Open& open, float lower, float upper) {
     const Bits before = rows_.bits(open.at);
     const unsigned second = rows_.second(open.at);
-    if ((before & CandidateRows::kAbsent) || lower > drop_limit_)
-      return tester_.change({open.row, open.at, 0, true}, before, result_);
+    if (lower > drop_limit_) return tester_.change({open.row, open.at, 0, true}, before, result_);
     float reserve = 0;
     Bits bits = 0;
     if (lower > far_limit_)
@@ -178,9 +181,9 @@ class CandidateTester::UsedUp {
 
   void setReserve(const Open& open, unsigned second, float reserve) {
     const Float4 now = first_.motions()[open.row] * kMinusCentre + second_.motions()[second];
-    rows_.reserve(open.at) = Float4{
-        now[0], now[1], now[2],
-        reserve > 0 ? std::min(reserve, kForever) + now[3] : CandidateRows::kUndecided};
+    rows_.reserve(open.at) =
+        Float4{now[0], now[1], now[2],
+               reserve > 0 ? std::min(reserve, kForever) + now[3] : CandidateRows::kUndecided};
   }
 
   /// How far a computed distance may change until it reaches the limit, less its rounding.
@@ -246,28 +249,26 @@ void CandidateTester::takeAll(const CandidateRows& rows, const std::vector<unsig
     const CandidateRows::Row& in = rows.rows()[row];
     for (unsigned at = in.begin; at < in.begin + in.count; ++at) {
       const Bits before = rows.bits(at);
-      if (before & CandidateRows::kAbsent) {
-        change({row, at, 0, true}, before, result);
-        continue;
-      }
       if (!request_.has_features && before == 1) continue;
       const unsigned leaf1 = first[row], leaf2 = second[rows.second(at)];
-      unsigned bits = 1;
-      if (request_.has_features) {
-        TrianglePoints<double> q = meshes_.second.pointsAt(leaf2);
-        if (!meshes_.is_self)
-          for (fcl::Vector3d& x : q) x = meshes_.to_first(x);
-        bits = 0;
-        features_.forEach(triangle(0, leaf1, meshes_.first.pointsAt(leaf1)),
-                          triangle(1, leaf2, q), [&](unsigned number, double, bool is_near) {
-                            bits |= unsigned(is_near) << number;
-                          });
-        ++result.tested;
-      }
-      const Bits now = admitted(Bits(bits), before, leaf1, leaf2);
+      const Bits bits = request_.has_features ? nearFeatures(leaf1, leaf2) : Bits(1);
+      result.tested += request_.has_features;
+      const Bits now = admitted(bits, before, leaf1, leaf2);
       if (now != before) change({row, at, now, false}, before, result);
     }
   }
+}
+
+/// The features of two near triangles that are near.
+Bits CandidateTester::nearFeatures(unsigned leaf1, unsigned leaf2) const {
+  TrianglePoints<double> q = meshes_.second.pointsAt(leaf2);
+  if (!meshes_.is_self)
+    for (fcl::Vector3d& x : q) x = meshes_.to_first(x);
+  unsigned bits = 0;
+  features_.forEach(
+      triangle(0, leaf1, meshes_.first.pointsAt(leaf1)), triangle(1, leaf2, q),
+      [&](unsigned number, double, bool is_near) { bits |= unsigned(is_near) << number; });
+  return Bits(bits);
 }
 
 }  // namespace adaptive_bvh

@@ -41,9 +41,7 @@ class CandidateTester {
  public:
   /// `radii`: the sum of both meshes' radii. `first`, `second`: the same for one mesh with itself.
   CandidateTester(const KeptMeshes& meshes, const KeptRequest& request, double radii)
-      : meshes_(meshes),
-        request_(request),
-        features_(request.distance, radii, meshes.is_self) {}
+      : meshes_(meshes), request_(request), features_(request.distance, radii, meshes.is_self) {}
 
   /// The candidates, and where their triangles are.
   struct Candidates {
@@ -53,10 +51,9 @@ class CandidateTester {
   };
   /// Tests the candidates of rows whose reserves are used up. `drop_distance`: pairs that are
   /// farther apart need not be candidates. `rounding`: bounds the error of distances.
-  void testUsedUp(const Candidates& candidates, double drop_distance, double rounding,
-                  unsigned row, unsigned end_row, CandidateChanges& result) const;
-  /// Takes all candidates of rows for near pairs of triangles, except for those that are marked as
-  /// absent.
+  void testUsedUp(const Candidates& candidates, double drop_distance, double rounding, unsigned row,
+                  unsigned end_row, CandidateChanges& result) const;
+  /// Takes all candidates of rows for near pairs of triangles.
   void takeAll(const CandidateRows& rows, const std::vector<unsigned>& first,
                const std::vector<unsigned>& second, unsigned row, unsigned end_row,
                CandidateChanges& result) const;
@@ -70,6 +67,7 @@ class CandidateTester {
   friend class UsedUp;
 
   bool isIgnored(const FeatureTests::Pair& pair) const;
+  CandidateRows::Bits nearFeatures(unsigned leaf1, unsigned leaf2) const;
   CandidateRows::Bits admitted(CandidateRows::Bits bits, CandidateRows::Bits before, unsigned leaf1,
                                unsigned leaf2) const;
   FeatureTests::Triangle triangle(int side, unsigned leaf,

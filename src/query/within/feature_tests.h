@@ -30,8 +30,8 @@ class FeatureTests {
     FeaturePair features;
   };
 
-  /// `radii`: the sum of both meshes' radii. `is_self`: one mesh with itself; features with a vertex
-  /// in common are left out.
+  /// `radii`: the sum of both meshes' radii. `is_self`: one mesh with itself; features with a
+  /// vertex in common are left out.
   FeatureTests(double distance, double radii, bool is_self)
       : distance_(distance), rounding_(kRounding * radii), is_self_(is_self) {}
 

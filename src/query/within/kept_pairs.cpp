@@ -12,7 +12,6 @@
 namespace adaptive_bvh {
 namespace {
 
-double T(const char* n, double d) { const char* e = getenv(n); return e ? atof(e) : d; }
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
 /// A sink of WithinTests: pairs of leaf indices. `kTakesAll`: also pairs that corners alone do not
@@ -49,7 +48,8 @@ class LeafPairSink {
   Result& result_;
 };
 
-/// Finds the pairs of triangles within a distance: near ones, or with kTakesAll perhaps some others.
+/// Finds the pairs of triangles within a distance: near ones, or with kTakesAll perhaps some
+/// others.
 template <bool kTakesAll>
 void findLeafPairs(const KeptMeshes& meshes, const KeptRequest& request, double distance,
                    const MarkedNodes& marked, std::vector<FeaturePair>& found) {
@@ -92,6 +92,9 @@ MotionUnit unitOf(const KeptMeshes& meshes) {
 /// The share of a margin that vertices may use: the rest covers all rounding.
 constexpr double kUsable = 1 - 1. / (1 << 10);
 
+/// A search also visits vertices that have used this part of it, so that searches are rarer.
+constexpr double kSoon = 0.5;
+
 /// Whether that rest exceeds the rounding of positions and distances.
 bool isPreciseMargin(const KeptMeshes& meshes, double distance, double margin) {
   constexpr double kRounding = 0x1p-34, kFloat = 0x1p-14, kSmallest = 1e-140, kLargest = 1e140;
@@ -108,10 +111,8 @@ bool canTrack(const KeptMeshes& meshes) {
           RelativeFrame(meshes.first.tree(), meshes.second.tree(), meshes.to_first).isPrecise());
 }
 
-/// The length with which the number of pairs grows: the distance and an edge.
-double lengthOf(const KeptMeshes& meshes, const KeptRequest& request) {
-  const double edge = std::max(meanEdge(meshes.first.mesh), meanEdge(meshes.second.mesh));
-  return std::min(request.distance, 8 * edge) + edge;
+double edgeOf(const KeptMeshes& meshes) {
+  return std::max(meanEdge(meshes.first.mesh), meanEdge(meshes.second.mesh));
 }
 
 }  // namespace
@@ -122,18 +123,18 @@ bool KeptPairs::isCurrent(const KeptMeshes& meshes) const {
     if (meshes.mesh(i).version != versions_[std::size_t(i)] ||
         meshes.mesh(i).topology != topologies_[std::size_t(i)])
       return false;
-  return meshes.is_self || (meshes.first.tf.matrix() == tf1_.matrix() &&
-                            meshes.second.tf.matrix() == tf2_.matrix());
+  return meshes.is_self ||
+         (meshes.first.tf.matrix() == tf1_.matrix() && meshes.second.tf.matrix() == tf2_.matrix());
 }
 
 bool KeptPairs::prepare(const KeptMeshes& meshes, const KeptRequest& request) {
   if (isCurrent(meshes)) return false;
   const bool was_known = is_known_;
-  is_known_ = false;
+  is_known_ = has_next_ = false;
   num_changes_ = 0;
   tested_ = 0;
-  const bool are_same = topologies_[0] == meshes.first.mesh.topology &&
-                        topologies_[1] == meshes.second.mesh.topology;
+  const bool are_same =
+      topologies_[0] == meshes.first.mesh.topology && topologies_[1] == meshes.second.mesh.topology;
   if (!are_same) replaceMeshes(meshes, request);
   motion_.moveTo(meshes);
   const double margin = margin_;
@@ -158,7 +159,7 @@ void KeptPairs::replaceMeshes(const KeptMeshes& meshes, const KeptRequest& reque
 }
 
 void KeptPairs::prepareRemoval(const KeptRequest& request) {
-  is_known_ = false;
+  is_known_ = has_next_ = false;
   num_changes_ = 0;
   PairCounts counts = discarded_counts_;
   std::vector<PairLink> links = discarded_;
@@ -174,35 +175,35 @@ void KeptPairs::prepareRemoval(const KeptRequest& request) {
 
 KeptPairs::Search KeptPairs::nextSearch(const KeptMeshes& meshes, const KeptRequest& request,
                                         bool was_known) {
-  const double kEnter = T("ENTER",0.6), kStay = T("STAY",0.9);  // largest cost, in queries, to use a margin
+  constexpr double kEnter = 0.6, kStay = 0.9;  // largest cost, in queries, to use a margin
   ++steps_;
   if (!canTrack(meshes)) return searchWithin(meshes, request, 0);
-  if (!was_known)
-    return searchWithin(meshes, request,
-                        margin_ > 0 ? margin_ : T("FIRST",0.16)*lengthOf(meshes, request));
+  constexpr double kFar = 8;  // edges; margins need not grow with the distance beyond that
+  const auto choose = [&](double speed, double enough) {
+    const double edge = edgeOf(meshes);
+    return SearchMargin::choose(speed, std::min(request.distance, kFar * edge), edge, enough);
+  };
+  if (!was_known) return searchWithin(meshes, request, margin_ > 0 ? margin_ : choose(0, 1));
   if (margin_ == 0) {
-    const double length = lengthOf(meshes, request);
-    if (!searched_[0].isEmpty()) measureVertices(meshes, length);
+    if (!searched_[0].isEmpty()) measureVertices(meshes, edgeOf(meshes));
     const double speed = searched_[0].isEmpty() ? motion_.lastStep() / 2 : moved_.mean();
-    return searchWithin(meshes, request, SearchMargin::choose(speed, length, kEnter));
+    return searchWithin(meshes, request, choose(speed, kEnter));
   }
   const double used = motion_.sinceRestart();
   if (used <= allowance_) return Search::None;
   double speed = used / 2 / steps_;
   if (!searched_[0].isEmpty()) {
-    const double most = margin_ / 2 * kUsable;
-    measureVertices(meshes, most);
-    if (moved_.moved == 0) {
+    constexpr double kPart = 0.25;  // beyond it, a search of everything takes as long
+    measureVertices(meshes, margin_ / 2 * kUsable);
+    if (moved_.beyond == 0) {
       allowMotion();
       return Search::None;
     }
-    measureVertices(meshes, T("SOON", 0.5) * most);
-    if (moved_.share() < T("PART", 0.25)) return Search::Marked;
-    speed = (searched_share_ * T("SOON",0.5)* margin_ / 2 + moved_.mean()) / steps_;
+    if (moved_.share() < kPart) return Search::Marked;
+    speed = (searched_share_ * kSoon * margin_ / 2 + moved_.mean()) / steps_;
   }
   if (used == kUnlimited) return searchWithin(meshes, request, margin_);
-  return searchWithin(meshes, request,
-                      SearchMargin::choose(speed, lengthOf(meshes, request), kStay));
+  return searchWithin(meshes, request, choose(speed, kStay));
 }
 
 /// Chooses a search of everything: within a margin, or anew in each step if that is 0 or smaller
@@ -214,22 +215,22 @@ KeptPairs::Search KeptPairs::searchWithin(const KeptMeshes& meshes, const KeptRe
   return margin_ > 0 ? Search::All : Search::Anew;
 }
 
-/// Measures how far vertices have moved since a search visited them. If all have moved, it takes
-/// off their mean motion.
+/// Measures how far vertices have moved since a search visited them. If many have, it takes off
+/// their mean motion where that makes the motions shorter.
 void KeptPairs::measureVertices(const KeptMeshes& meshes, double limit) {
+  constexpr double kMany = 0.1;
   const auto measure = [&] {
-    moved_ = {};
+    moved_ = VertexMotion(limit, kSoon * limit);
     for (int side = 0; side < meshes.sides(); ++side) {
       const auto at = static_cast<std::size_t>(side);
       moved_vertices_[at].clear();
       meshes.withMap(side, [&](const auto& map) {
-        searched_[at].measure(meshes.mesh(side), map, translation_, limit, moved_,
-                              [&](unsigned v) { moved_vertices_[at].push_back(v); });
+        searched_[at].measure(meshes.mesh(side), map, translation_, moved_, moved_vertices_[at]);
       });
     }
   };
   measure();
-  if (moved_.moved == 0) return;
+  if (moved_.share() < kMany) return;
   fcl::Vector3d sum = fcl::Vector3d::Zero();
   double squares = 0;
   for (int side = 0; side < meshes.sides(); ++side)
@@ -245,7 +246,7 @@ void KeptPairs::measureVertices(const KeptMeshes& meshes, double limit) {
 /// After a search, or when all vertices were measured: how far they may move until the next time.
 void KeptPairs::allowMotion() {
   motion_.restart();
-  allowance_ = margin_ * kUsable - 2 * moved_.most;
+  allowance_ = margin_ * kUsable - 2 * std::max(moved_.most, moved_.beyond ? 0 : moved_.largest);
 }
 
 void KeptPairs::search(const KeptMeshes& meshes, const KeptRequest& request, Search kind) {
@@ -264,8 +265,10 @@ void KeptPairs::search(const KeptMeshes& meshes, const KeptRequest& request, Sea
   recordSearch(meshes, kind);
 }
 
-/// Marks the nodes with moved vertices below.
+/// Marks the nodes with moved vertices below, and in leaves the triangles that have one.
 void KeptPairs::markMoved(const KeptMeshes& meshes) {
+  const Leased<std::vector<std::uint8_t>> leased;
+  std::vector<std::uint8_t>& is_moved = *leased;  // by vertex
   for (int side = 0; side < meshes.sides(); ++side) {
     const auto at = static_cast<std::size_t>(side);
     const MeshState& mesh = meshes.mesh(side);
@@ -273,8 +276,22 @@ void KeptPairs::markMoved(const KeptMeshes& meshes) {
     std::vector<std::uint8_t>& marks = marks_[at];
     if (leaves.isEmpty()) leaves = MovedLeaves(mesh.tree, mesh.vertices.size());
     marks.assign(static_cast<std::size_t>(mesh.tree.size()), 0);
-    for (const unsigned v : moved_vertices_[at]) leaves.add(v);
-    leaves.refitAll([&](int node) { marks[std::size_t(node)] = 1; });
+    is_moved.assign(mesh.vertices.size(), 0);
+    for (const unsigned v : moved_vertices_[at]) {
+      leaves.add(v);
+      is_moved[v] = 1;
+    }
+    leaves.refitAll([&](int number) {
+      const WideNode& node = mesh.tree.nodes()[number];
+      unsigned mark = !node.isLeaf();
+      for (int i = 0; node.isLeaf() && i < int(node.count); ++i) {
+        const Int4& v = mesh.tree.corners(unsigned(node.first + i));
+        mark |= unsigned(is_moved[std::size_t(v[0])] | is_moved[std::size_t(v[1])] |
+                         is_moved[std::size_t(v[2])])
+                << i;
+      }
+      marks[std::size_t(number)] = static_cast<std::uint8_t>(mark);
+    });
   }
 }
 
@@ -291,7 +308,9 @@ void KeptPairs::merge(const KeptMeshes& meshes, std::vector<FeaturePair>& found,
     SmallIds ids1(numTriangles(0), first), ids2(numTriangles(1), tracked_[1].leaves());
     for (FeaturePair& pair : found) pair = {ids1(pair.first), ids2(pair.second)};
   }
-  rows_.merge(found, is_all, first.size(), tracked(1).size());
+  if (!is_all) return rows_.merge(found, first.size(), tracked(1).size());
+  next_.assign(found, first.size(), tracked(1).size(), rows_, margin_ > 0, dropped_);
+  has_next_ = true;
 }
 
 /// Records where the vertices are that the search has visited. Where the meshes have many more
@@ -301,10 +320,10 @@ void KeptPairs::recordSearch(const KeptMeshes& meshes, Search kind) {
   const bool is_marked = kind == Search::Marked;
   std::size_t vertices = 0;
   for (int side = 0; side < meshes.sides(); ++side) vertices += meshes.mesh(side).vertices.size();
-  const bool is_measured = vertices <= kVerticesPerCandidate * rows_.size();
+  const bool is_measured = vertices <= kVerticesPerCandidate * candidates().size();
   if (!is_marked) {
     translation_.setZero();
-    moved_ = {};
+    moved_ = VertexMotion();
   }
   searched_share_ += moved_.share();
   used_ = moved_.most;
@@ -332,8 +351,7 @@ void KeptPairs::track(const KeptMeshes& meshes, const KeptRequest& request, bool
     const MotionUnit unit = unitOf(meshes);
     unit_.origin = unit.origin;
     fits = true;
-    for (int side = 0; side < meshes.sides(); ++side)
-      fits = tracked(side).convert(unit_) && fits;
+    for (int side = 0; side < meshes.sides(); ++side) fits = tracked(side).convert(unit_) && fits;
     if (!fits) {
       restartTracking(meshes, request);
       readPositions(meshes);
@@ -364,31 +382,35 @@ void KeptPairs::restartTracking(const KeptMeshes& meshes, const KeptRequest& req
   radii_ = radiiOf(meshes);
   rounding_ = kRounding * (radii_ + (request.distance < kUnlimited ? request.distance : 0));
   for (TrackedTriangles& side : tracked_) side.forgetMotion();
-  rows_.forgetReserves();
+  candidates().forgetReserves();
 }
 
 /// Tests candidates, on several threads, and counts the changes.
 void KeptPairs::test(const KeptMeshes& meshes, const KeptRequest& request, bool takes_all) {
   constexpr std::size_t kFewCandidates = 4096;  // one thread is faster
+  CandidateRows& rows = candidates();
   const int threads = std::max(meshes.first.mesh.query_threads, meshes.second.mesh.query_threads);
-  const TaskPool pool(rows_.size() > kFewCandidates ? threads : 1);
+  const TaskPool pool(rows.size() > kFewCandidates ? threads : 1);
   const auto parts = static_cast<std::size_t>(pool.parts());
   if (changes_.size() < parts) changes_.resize(parts);
   for (CandidateChanges& part : changes_) part.clear();
   const CandidateTester tester(meshes, request, radiiOf(meshes));
-  const int size = static_cast<int>(rows_.rows().size());
+  const int size = static_cast<int>(rows.rows().size());
   const double drop_distance = request.distance + margin_ + 2 * used_;
   pool.forEach(pool.parts(), [&](int part, int) {
     const auto begin = unsigned(partBegin(size, pool.parts(), part)),
                end = unsigned(partBegin(size, pool.parts(), part + 1));
     CandidateChanges& changes = changes_[std::size_t(part)];
     if (takes_all)
-      tester.takeAll(rows_, tracked_[0].leaves(), tracked(1).leaves(), begin, end, changes);
+      tester.takeAll(rows, tracked_[0].leaves(), tracked(1).leaves(), begin, end, changes);
     else
-      tester.testUsedUp({rows_, tracked_[0], tracked(1), unit_}, drop_distance, rounding_, begin,
+      tester.testUsedUp({rows, tracked_[0], tracked(1), unit_}, drop_distance, rounding_, begin,
                         end, changes);
   });
   counts_ = discarded_counts_;
+  if (has_next_)
+    for (const CandidateRows::Dropped& candidate : dropped_)
+      counts_.countRemoved(request.kindsOf(candidate.bits, is_self_));
   for (const CandidateChanges& part : changes_) {
     counts_.add(part.counts);
     tested_ += part.tested;
@@ -396,8 +418,9 @@ void KeptPairs::test(const KeptMeshes& meshes, const KeptRequest& request, bool 
   num_changes_ = parts;
 }
 
-void KeptPairs::commit(const KeptMeshes& meshes, const KeptRequest& request,
-                       const BodyPair& bodies, PairNumbers& numbers) noexcept {
+void KeptPairs::commit(const KeptMeshes& meshes, const KeptRequest& request, const BodyPair& bodies,
+                       PairNumbers& numbers) noexcept {
+  if (has_next_) std::swap(rows_, next_);
   const CandidateTester tester(meshes, request, 0);
   const auto pairOf = [&](const CandidateChange& change, unsigned number) {
     return tester.pair(number, tracked_[0].leaf(change.row),
@@ -414,12 +437,13 @@ void KeptPairs::commit(const KeptMeshes& meshes, const KeptRequest& request,
         front = numbers.add(unsigned(pair.kind), pair.features, bodies, front);
       });
   commitRemoval(numbers);
+  if (has_next_)
+    for (const CandidateRows::Dropped& candidate : dropped_) numbers.removeAll(candidate.pairs);
   // From the last one on: a candidate that takes the place of an erased one is done.
   for (std::size_t part = num_changes_; part-- > 0;)
     for (std::size_t i = changes_[part].changes.size(); i-- > 0;) {
       const CandidateChange& change = changes_[part].changes[i];
-      const unsigned last = rows_.bits(change.at) & ~unsigned(CandidateRows::kAbsent);
-      forEachBit(last & ~unsigned(change.bits), [&](unsigned number) {
+      forEachBit(rows_.bits(change.at) & ~unsigned(change.bits), [&](unsigned number) {
         const FeatureTests::Pair pair = pairOf(change, number);
         PairLink& front = rows_.pairs(change.at);
         front = numbers.remove(unsigned(pair.kind), pair.features, front);
@@ -430,6 +454,8 @@ void KeptPairs::commit(const KeptMeshes& meshes, const KeptRequest& request,
         rows_.setBits(change.at, change.bits);
     }
   num_changes_ = 0;
+  if (has_next_ && margin_ > 0) next_ = CandidateRows();
+  has_next_ = false;
   versions_ = {meshes.first.mesh.version, meshes.second.mesh.version};
   tf1_ = meshes.first.tf;
   tf2_ = meshes.second.tf;

@@ -23,7 +23,8 @@ namespace adaptive_bvh {
 class KeptPairs {
  public:
   /// Finds what has changed. Returns false if nothing has moved; then `commit` must not be called.
-  /// After an exception, or without `commit`, the next call finds the same changes and further ones.
+  /// After an exception, or without `commit`, the next call finds the same changes and further
+  /// ones.
   bool prepare(const KeptMeshes& meshes, const KeptRequest& request);
   /// Prepares the removal of all pairs.
   void prepareRemoval(const KeptRequest& request);
@@ -37,7 +38,7 @@ class KeptPairs {
   /// Replaces links by those after PairNumbers::compact.
   void renumber(const std::array<std::vector<unsigned>, 3>& moved) noexcept;
 
-  std::size_t candidates() const { return rows_.size(); }
+  std::size_t numCandidates() const { return rows_.size(); }
   std::size_t tested() const { return tested_; }      ///< by the last `prepare`
   std::size_t searches() const { return searches_; }  ///< so far
   std::size_t bytes() const;
@@ -59,6 +60,7 @@ class KeptPairs {
   void allowMotion();
   void restartTracking(const KeptMeshes& meshes, const KeptRequest& request);
   void test(const KeptMeshes& meshes, const KeptRequest& request, bool takes_all);
+  CandidateRows& candidates() { return has_next_ ? next_ : rows_; }
   TrackedTriangles& tracked(int side) { return tracked_[is_self_ ? 0 : std::size_t(side)]; }
 
   // The meshes of the last `commit`.
@@ -70,7 +72,10 @@ class KeptPairs {
 
   // Candidates.
   CandidateRows rows_;
-  std::array<TrackedTriangles, 2> tracked_;  ///< of one mesh with itself only the first
+  CandidateRows next_;  ///< those of a search of everything, until `commit`
+  bool has_next_ = false;
+  std::vector<CandidateRows::Dropped> dropped_;  ///< candidates of rows_ that are not in next_
+  std::array<TrackedTriangles, 2> tracked_;      ///< of one mesh with itself only the first
   MotionUnit unit_;
   double radii_ = 0;     ///< at restartTracking
   double rounding_ = 0;  ///< bounds the error of distances that are near the limit
@@ -81,8 +86,9 @@ class KeptPairs {
   double allowance_ = 0;  ///< the PairMotion until the margin may be used up
   double used_ = 0;       ///< upper bound of the motion of vertices since they were searched
   std::array<SearchedVertices, 2> searched_;
-  fcl::Vector3d translation_ = fcl::Vector3d::Zero();  ///< of all vertices, since they were searched
-  VertexMotion moved_;                                 ///< by measureVertices
+  fcl::Vector3d translation_ =
+      fcl::Vector3d::Zero();  ///< of all vertices, since they were searched
+  VertexMotion moved_;        ///< by measureVertices
   std::array<std::vector<unsigned>, 2> moved_vertices_;
   std::array<MovedLeaves, 2> leaves_;
   std::array<std::vector<std::uint8_t>, 2> marks_;  ///< by node

@@ -24,8 +24,8 @@ void findFeaturePairsWithin(const PairOfMeshes& meshes,
 void findFeaturePairsWithin(const PlacedMesh& mesh, const FeatureProximityRequest<double>& request,
                             FeaturePairs& result);
 
-/// Computes the details of pairs of features (featurePairDetails). `to_first`: maps the frame of the
-/// second mesh to that of the first. Throws std::invalid_argument unless all features exist.
+/// Computes the details of pairs of features (featurePairDetails). `to_first`: maps the frame of
+/// the second mesh to that of the first. Throws std::invalid_argument unless all features exist.
 void findFeatureDetails(const PlacedMesh& first, const MeshState& second,
                         const RelativePlacement& to_first, const FeaturePairs& pairs,
                         FeaturePairDetails<double>& result);

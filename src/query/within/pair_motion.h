@@ -10,8 +10,8 @@
 namespace adaptive_bvh {
 
 /// How far any two points, one of each mesh, have moved one relative to the other: a sum over the
-/// updates of the meshes (MeshState::travel) and the changes of the transforms, rounded up. One mesh
-/// with itself counts twice. docs/bounds.md, 7.
+/// updates of the meshes (MeshState::travel) and the changes of the transforms, rounded up. One
+/// mesh with itself counts twice. docs/bounds.md, 7.
 class PairMotion {
  public:
   /// Adds the motion since the last call.
@@ -33,8 +33,8 @@ class PairMotion {
     is_known_ = true;
   }
 
-  /// The motion since `restart`; infinite if it is not known, because a mesh was replaced by another
-  /// one, or by an older snapshot of itself.
+  /// The motion since `restart`; infinite if it is not known, because a mesh was replaced by
+  /// another one, or by an older snapshot of itself.
   double sinceRestart() const {
     return is_known_ ? since(start_) : std::numeric_limits<double>::infinity();
   }

@@ -1,34 +1,33 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-#include <cstdlib>
-
 namespace adaptive_bvh {
 
-/// Chooses the margin of a ContactSet: how much farther than its distance candidates may be apart. A
-/// wide margin lasts for more steps, but makes more candidates. In units of a length L, the distance
-/// and an edge, a margin x makes about (1 + x)^2 times as many pairs as the query finds. Let a
-/// vertex move by v in a step. Then a search, which costs 1 for each pair, is due every x / 2 v
-/// steps, and each step goes through the candidates, which costs kScan for each. So a step costs
-/// (1 + x)^2 (2 v / x + kScan); a new query costs 1.
+/// Chooses the margin of a ContactSet: how much farther than its distance candidates may be apart.
+/// A wide margin lasts for more steps, but makes more candidates. Lengths are in units of L, the
+/// distance and an edge, because boxes within a distance D overlap in proportion to (D + edge)^2;
+/// the pairs of triangles within D are in proportion to D^2. Times are in units of a new query.
+///
+/// Let a vertex move by v in a step. Then a search within a margin x, which takes kSearch (1 +
+/// x)^2, is due every x / 2 v steps, and each step goes through all candidates, which takes kScan
+/// (d + x)^2 for the distance d.
 class SearchMargin {
  public:
-  /// `speed`: mean motion of a vertex in a step. Returns 0 if a new query in each step costs less
-  /// than `enough` times as much.
-  static double choose(double speed, double length, double enough) {
-    static const double kScan = getenv("SCAN")? 1/atof(getenv("SCAN")) : 1./30, kLeast = getenv("LEAST")? atof(getenv("LEAST")) : 0.1, kSearch = getenv("SEARCH")? atof(getenv("SEARCH")) : 1.3;
-    const double k = 2 * kSearch * speed / length;
-    if (!(k < 1)) return 0;
-    const double best = (std::sqrt(k * k + 8 * kScan * k) - k) / (4 * kScan);
-    const double x = std::max(best, kLeast);
-    return (1 + x) * (1 + x) * (k / x + kScan) < enough ? x * length : 0;
+  /// `speed`: mean motion of a vertex in a step. Returns 0 if all margins cost more than `enough`.
+  static double choose(double speed, double distance, double edge, double enough) {
+    const double length = distance + edge;
+    double best = 0, least = enough;
+    for (double x = kNarrowest; x < 1; x *= 1.25) {
+      const double search = kSearch * (1 + x) * (1 + x) * 2 * speed / length / x;
+      const double apart = distance / length + x, cost = search + kScan * apart * apart;
+      if (!(cost < least)) continue;
+      least = cost;
+      best = x * length;
+    }
+    return best;
   }
-  /// Before the motion is known.
-  static double atFirst(double length) { return length / 4; }
 
  private:
-
+  static constexpr double kSearch = 1.3, kScan = 0.6, kNarrowest = 0.04;
 };
 
 }  // namespace adaptive_bvh

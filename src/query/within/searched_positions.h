@@ -14,12 +14,17 @@ namespace adaptive_bvh {
 
 /// How far the vertices of two meshes, or of one, have moved since a search last visited them.
 struct VertexMotion {
-  std::size_t vertices = 0;  ///< how many there are
-  std::size_t moved = 0;     ///< those that have moved by more than the limit
-  double most = 0;           ///< largest motion of the others, rounded up
-  double sum = 0;            ///< sum of the motions, each at most the limit
+  VertexMotion() = default;
+  VertexMotion(double farthest, double far) : limit(farthest), soon(far) {}
 
-  /// Mean motion, where those beyond the limit count as much as the limit.
+  double limit = 0, soon = 0;  ///< the motion that calls for a search; that which takes part in it
+  std::size_t vertices = 0;    ///< how many there are
+  std::size_t beyond = 0;      ///< those that have moved by more than the limit
+  std::size_t moved = 0;       ///< those that have moved by more than `soon`
+  double most = 0;             ///< largest motion of the others, rounded up
+  double largest = 0;          ///< largest motion of all, rounded up
+  double sum = 0;              ///< sum of the motions, jumps left out
+
   double mean() const { return vertices > 0 ? sum / double(vertices) : 0; }
   double share() const { return vertices > 0 ? double(moved) / double(vertices) : 0; }
 };
@@ -47,26 +52,29 @@ class SearchedVertices {
       squares += motion.squaredNorm();
     }
   }
-  /// Adds the motion of each vertex. Calls far(v) for each that is beyond the limit.
-  template <typename ToFirst, typename Far>
+  /// Adds the motion of each vertex. Appends those that have moved by more than result.soon.
+  template <typename ToFirst>
   void measure(const MeshState& mesh, const ToFirst& to_first, const fcl::Vector3d& translation,
-               double limit, VertexMotion& result, const Far& far) const {
-    double most = 0, sum = 0;
+               VertexMotion& result, std::vector<unsigned>& moved) const {
+    double most = 0, largest = 0, sum = 0;
     for (std::size_t v = 0; v < points_.size(); ++v) {
       const fcl::Vector3d motion = to_first(mesh.vertices[v]) - points_[v] - translation;
-      const double length = std::sqrt(motion[0] * motion[0] + motion[1] * motion[1] +
-                                      motion[2] * motion[2]);
-      if (length <= limit) {
+      const double length =
+          std::sqrt(motion[0] * motion[0] + motion[1] * motion[1] + motion[2] * motion[2]);
+      largest = std::max(largest, length);
+      sum += std::min(length, kMostCounted * result.limit);
+      if (length <= result.soon) {
         most = std::max(most, length);
-        sum += length;
       } else {
-        far(static_cast<unsigned>(v));
-        sum += limit;
-        ++result.moved;
+        moved.push_back(static_cast<unsigned>(v));
+        result.beyond += length > result.limit;
       }
     }
+    constexpr double kUp = 1 + 0x1p-48;
     result.vertices += points_.size();
-    result.most = std::max(result.most, most * (1 + 0x1p-48));
+    result.moved += moved.size();
+    result.most = std::max(result.most, most * kUp);
+    result.largest = std::max(result.largest, largest * kUp);
     result.sum += sum;
   }
   /// Sets the position of one vertex to the present one.
@@ -77,6 +85,8 @@ class SearchedVertices {
   }
 
  private:
+  static constexpr double kMostCounted = 8;  ///< limits that a motion counts for in a mean
+
   std::vector<fcl::Vector3d> points_;
 };
 

@@ -62,7 +62,7 @@ float TrackedTriangles::measure() {
     const Int4& v = corners_[id];
     const std::size_t a = std::size_t(v[0]), b = std::size_t(v[1]), c = std::size_t(v[2]);
     moved_[id] = vertex_moved_[a] | vertex_moved_[b] | vertex_moved_[c];
-    if (!moved_[id]) continue;
+    if (!moved_[id] && id < num_measured_) continue;
     Float4& motion = motions_[id];
     Float4* const shape = &shapes_[2 * id];
     const Float4 centre = (positions_[a] + positions_[b] + positions_[c]) * float4::all(1.f / 3);

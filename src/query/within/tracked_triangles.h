@@ -10,9 +10,9 @@
 
 namespace adaptive_bvh {
 
-/// The coordinates in which motion is measured: (x - origin) scale, in the first mesh's frame and in
-/// single precision. The scale is a power of two that makes them less than kLargest. The origin may
-/// change at any time, because only differences of two triangles count.
+/// The coordinates in which motion is measured: (x - origin) scale, in the first mesh's frame and
+/// in single precision. The scale is a power of two that makes them less than kLargest. The origin
+/// may change at any time, because only differences of two triangles count.
 struct MotionUnit {
   static constexpr float kLargest = 2;
   /// Bounds the error of a component of a position: 2^-23 for rounding, and as much again for all
@@ -58,6 +58,10 @@ class TrackedTriangles {
 
   // The state of the last `read` and `measure`, by id.
   bool hasMoved(unsigned id) const { return moved_[id] != 0; }
+  /// Whether any of four has moved.
+  ADAPTIVE_BVH_INLINE bool hasAnyMoved(const unsigned* ids) const {
+    return (moved_[ids[0]] | moved_[ids[1]] | moved_[ids[2]] | moved_[ids[3]]) != 0;
+  }
   /// Centre; in the fourth component the deformation.
   const Float4* motions() const { return motions_.data(); }
   /// Corners in double precision.
