@@ -1,6 +1,6 @@
-// A stack of plates that comes to rest: a solver that starts each step with the impulses of the
-// last one. They stand in an array by the numbers that a ContactSet gives to contacts. With and
-// without this start, by four iterations a step.
+// A stack of plates that should rest 20 mm apart: a solver that starts each step with the impulses
+// of the last one. They stand in an array by the numbers that a ContactSet gives to contacts. With
+// and without this start, by four iterations a step.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -28,7 +28,7 @@ Mesh plate() {
   return {points, triangles};
 }
 
-// How fast the plates still sink after 100 steps; plate 0 is the floor.
+// The height of the stack after 200 steps; plate 0 is the floor.
 double settle(bool warm) {
   const Mesh mesh = plate();
   adaptive_bvh::Scened scene;
@@ -45,7 +45,7 @@ double settle(bool warm) {
   std::vector<unsigned> numbers;
   adaptive_bvh::FeatureDetails<double> details;
   adaptive_bvh::Renumbering moved;
-  for (int step = 0; step < 100; ++step) {
+  for (int step = 0; step < 200; ++step) {
     for (int i = 0; i < kPlates; ++i) {
       if (i > 0) speed[i] -= kGravity * kStep;
       fcl::Transform3d tf = fcl::Transform3d::Identity();
@@ -74,7 +74,8 @@ double settle(bool warm) {
         const double apart = details.normals[i].z() * (speed[bodies.second] - speed[bodies.first]);
         double& impulse = impulses[numbers[i]];
         const double before = impulse;
-        const double wanted = -(apart + (details.distances[i] - kGap) / kStep);
+        const double gap = details.distances[i] - kGap;
+        const double wanted = -(apart + (gap > 0 ? gap : 0.1 * gap) / kStep);
         impulse = std::max(0., impulse + wanted / (bodies.first > 0 ? 2 : 1));
         push(i, impulse - before);
       }
@@ -86,12 +87,12 @@ double settle(bool warm) {
   }
   std::printf("%s: %zu contacts, ", warm ? "warm start" : "cold start",
               contacts.features(FeatureKind::VertexFace).count);
-  return -*std::min_element(speed.begin(), speed.end());
+  return height.back();
 }
 
 int main() {
   for (const bool warm : {false, true}) {
-    const double sinking = settle(warm);
-    std::printf("the stack sinks by %.4f m/s\n", sinking);
+    const double height = settle(warm);
+    std::printf("the stack is %.0f mm high\n", 1000 * height);
   }
 }

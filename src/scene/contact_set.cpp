@@ -34,8 +34,8 @@ std::shared_ptr<const KeptRequest> checked(const ContactSetRequest<S>& request, 
 }
 
 /// The direction from one point to another; that of the contact of two triangles that touch.
-fcl::Vector3d normalOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b,
-                       const TriangleGap& gap) {
+fcl::Vector3d normalBetween(const TrianglePoints<double>& a, const TrianglePoints<double>& b,
+                            const TriangleGap& gap) {
   if (!(gap.distance > 0)) return contactOf(a, b).normal;
   const fcl::Vector3d between = gap.points.second - gap.points.first;
   const double size = between.lpNorm<Eigen::Infinity>();
@@ -51,10 +51,10 @@ void addDetail(const KeptMeshes& meshes, const fcl::Transform3d& tf, const Featu
   const TriangleGap gap = gapOf(p, q);
   result.distances.push_back(gap.distance);
   result.nearest_points.push_back({tf * gap.points.first, tf * gap.points.second});
-  result.normals.push_back(tf.linear() * normalOf(p, q, gap));
+  result.normals.push_back(tf.linear() * normalBetween(p, q, gap));
 }
 
-void append(const FeatureDetails<double>& from, FeatureDetails<double>& to) {
+void appendDetails(const FeatureDetails<double>& from, FeatureDetails<double>& to) {
   const auto appendTo = [](const auto& values, auto& all) {
     all.insert(all.end(), values.begin(), values.end());
   };
@@ -76,7 +76,7 @@ const FeatureDetails<double>& detailsOf(const FeaturePairDetails<double>& detail
 }
 void narrowTo(const FeatureDetails<double>& from, FeatureDetails<double>& to) { to = from; }
 void narrowTo(const FeatureDetails<double>& from, FeatureDetails<float>& to) { narrow(from, to); }
-void clear(FeatureDetails<double>& details) {
+void clearDetails(FeatureDetails<double>& details) {
   details.distances.clear();
   details.nearest_points.clear();
   details.coordinates.clear();
@@ -84,7 +84,7 @@ void clear(FeatureDetails<double>& details) {
 }
 
 /// Adds the contacts of pairs of triangles that touch.
-void addContacts(const KeptMeshes& meshes, const fcl::Transform3d& tf,
+void addTouching(const KeptMeshes& meshes, const fcl::Transform3d& tf,
                  const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
                  const FeaturePair* pairs, std::size_t count, const CollisionQuery<double>& query) {
   const PlacedTriangles<double> first{&o1, meshes.first.mesh.view(), tf},
@@ -309,7 +309,7 @@ void ContactSet<S>::details(const std::vector<unsigned>& numbers, FeatureDetails
     throw std::invalid_argument("adaptive_bvh: a ContactSet of features has no triangles");
   const Leased<FeaturePairDetails<double>> found;
   FeatureDetails<double>& all = found->vertex_face;
-  clear(all);
+  clearDetails(all);
   state_->forEachMeshes(0, numbers,
                         [&](const KeptMeshes& meshes, const fcl::Transform3d& tf, const BodyPair&,
                             const std::vector<FeaturePair>& pairs) {
@@ -326,7 +326,7 @@ void ContactSet<S>::details(FeatureKind kind, const std::vector<unsigned>& numbe
   const Leased<std::array<FeaturePairDetails<double>, 2>> found;
   const Leased<FeaturePairs> asked;
   FeatureDetails<double>& all = (*found)[0].vertex_face;
-  clear(all);
+  clearDetails(all);
   state_->forEachMeshes(unsigned(kind), numbers,
                         [&](const KeptMeshes& meshes, const fcl::Transform3d& tf, const BodyPair&,
                             const std::vector<FeaturePair>& pairs) {
@@ -335,7 +335,7 @@ void ContactSet<S>::details(FeatureKind kind, const std::vector<unsigned>& numbe
                           listOf(*asked, kind) = pairs;
                           findFeatureDetails({meshes.first.mesh, tf}, meshes.second.mesh,
                                              meshes.to_first, *asked, details);
-                          append(detailsOf(details, kind), all);
+                          appendDetails(detailsOf(details, kind), all);
                         });
   narrowTo(all, result);
 }
@@ -364,7 +364,7 @@ std::size_t ContactSet<S>::contacts(const fcl::CollisionRequest<S>& request,
             user_query, o1, o2,
             [&](const fcl::CollisionGeometryd& first, const fcl::CollisionGeometryd& second,
                 const CollisionQuery<double>& query) {
-              addContacts(meshes, tf, first, second, pairs.data(), pairs.size(), query);
+              addTouching(meshes, tf, first, second, pairs.data(), pairs.size(), query);
             });
       });
   return result.numContacts();

@@ -247,7 +247,7 @@ void crowd(int count, int steps) {
     return radius * Point(std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle),
                           std::cos(polar));
   });
-  const double edge = meanEdge(blob), side = std::cbrt(double(count)) * 1.6;
+  const double edge = meanEdge(blob), side = std::cbrt(double(count)) * 2.4;
   for (const double share : {1., 0.01})
     for (const double speed : {0.02, 0.2}) {
       std::vector<std::shared_ptr<DeformableMeshd>> meshes;

@@ -62,7 +62,7 @@ class ContactSetMemory : public testing::TestWithParam<ContactElements> {
   }
   Request request() const {
     Request request;
-    request.distance = 0.15;
+    request.distance = 0.25;
     request.elements = GetParam();
     return request;
   }
@@ -102,7 +102,7 @@ INSTANTIATE_TEST_SUITE_P(Both, ContactSetMemory,
                          testing::Values(ContactElements::Triangles, ContactElements::Features));
 
 TEST_P(ContactSetMemory, AFailedUpdateLeavesTheSet) {
-  DeformableMeshd mesh(gridBall<double>(10, 8)), other(mesh);
+  DeformableMeshd mesh(gridBall<double>(7, 5)), other(mesh);
   other.update(moved(other.vertices(), 0.3));
   failEach([&] { return ContactSetd(mesh, other, request()); }, true);
   const auto start = mesh.vertices();
@@ -123,14 +123,14 @@ TEST_P(ContactSetMemory, AFailedUpdateLeavesTheSet) {
     mesh = before;
     ContactSetd set(mesh, request());
     set.update();
-    mesh = DeformableMeshd(gridBall<double>(9, 7));
+    mesh = DeformableMeshd(gridBall<double>(6, 5));
     return set;
   });
 }
 
 TEST_P(ContactSetMemory, AFailedUpdateOfASceneLeavesTheSet) {
   adaptive_bvh::Scened scene;
-  std::vector<DeformableMeshd> meshes(4, DeformableMeshd(gridBall<double>(8, 6)));
+  std::vector<DeformableMeshd> meshes(4, DeformableMeshd(gridBall<double>(6, 4)));
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     fcl::Transform3d tf = fcl::Transform3d::Identity();
     tf.translation() = 0.8 * random_.point();

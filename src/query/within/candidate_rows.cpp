@@ -40,6 +40,19 @@ unsigned SmallIds::append(unsigned element) {
   return map()[element] = id;
 }
 
+inline void CandidateRows::copy(const CandidateRows& from, unsigned at, unsigned to) {
+  second_[to] = from.second_[at];
+  bits_[to] = from.bits_[at];
+  pairs_[to] = from.pairs_[at];
+  if (has_reserves_) reserves_[to] = from.reserves_[at];
+}
+inline void CandidateRows::setNew(unsigned at, unsigned second) {
+  second_[at] = second;
+  bits_[at] = 0;
+  pairs_[at] = PairLink();
+  if (has_reserves_) reserves_[at] = kUnknownReserve;
+}
+
 void CandidateRows::merge(const std::vector<FeaturePair>& found, std::size_t num_first,
                           std::size_t num_second) {
   const Leased<MergeMemory> memory;
@@ -123,19 +136,6 @@ void CandidateRows::assignRow(unsigned number, unsigned* found, unsigned count,
     if (mark != kMatched && last.bits_[at]) dropped.push_back({last.pairs_[at], last.bits_[at]});
     mark = kUnmarked;
   }
-}
-
-void CandidateRows::copy(const CandidateRows& from, unsigned at, unsigned to) {
-  second_[to] = from.second_[at];
-  bits_[to] = from.bits_[at];
-  pairs_[to] = from.pairs_[at];
-  if (has_reserves_) reserves_[to] = from.reserves_[at];
-}
-void CandidateRows::setNew(unsigned at, unsigned second) {
-  second_[at] = second;
-  bits_[at] = 0;
-  pairs_[at] = PairLink();
-  if (has_reserves_) reserves_[at] = kUnknownReserve;
 }
 
 /// Enlarges the arrays to at least this size.

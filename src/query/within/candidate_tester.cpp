@@ -52,6 +52,7 @@ bool CandidateTester::isIgnored(const FeatureTests::Pair& pair) const {
 
 /// Leaves out the pairs to ignore among those that were not in the set before.
 Bits CandidateTester::admitted(Bits bits, Bits before, unsigned leaf1, unsigned leaf2) const {
+  if (!request_.ignores_some) return bits;
   for (unsigned added = bits & ~unsigned(before); added; added &= added - 1) {
     const auto number = static_cast<unsigned>(__builtin_ctz(added));
     if (isIgnored(pair(number, leaf1, leaf2))) bits = Bits(bits & ~(1u << number));

@@ -68,11 +68,11 @@ double radiiOf(const KeptMeshes& meshes) {
 }
 
 /// A ball around both meshes, in the frame of the first.
-struct Ball {
+struct EnclosingBall {
   fcl::Vector3d centre;
   double radius;
 };
-Ball ballAround(const KeptMeshes& meshes) {
+EnclosingBall ballAround(const KeptMeshes& meshes) {
   const LocalBounds<double>&a = meshes.first.bounds(), &b = meshes.second.bounds();
   if (meshes.is_self) return {a.aabb_center, a.aabb_radius};
   const fcl::Vector3d first = a.aabb_center, second = meshes.to_first(b.aabb_center);
@@ -81,7 +81,7 @@ Ball ballAround(const KeptMeshes& meshes) {
 }
 MotionUnit unitOf(const KeptMeshes& meshes) {
   constexpr int kMost = 999;
-  const Ball ball = ballAround(meshes);
+  const EnclosingBall ball = ballAround(meshes);
   MotionUnit unit;
   unit.origin = ball.centre;
   if (ball.radius > 0)
@@ -98,7 +98,7 @@ constexpr double kSoon = 0.5;
 /// Whether that rest exceeds the rounding of positions and distances.
 bool isPreciseMargin(const KeptMeshes& meshes, double distance, double margin) {
   constexpr double kRounding = 0x1p-34, kFloat = 0x1p-14, kSmallest = 1e-140, kLargest = 1e140;
-  const Ball ball = ballAround(meshes);
+  const EnclosingBall ball = ballAround(meshes);
   const double size = ball.centre.lpNorm<1>() + ball.radius + meshes.to_first.T.lpNorm<1>();
   return margin > kSmallest && size < kLargest && margin > kFloat * ball.radius &&
          margin > kRounding * (size + (distance < kUnlimited ? distance : 0));
@@ -111,7 +111,7 @@ bool canTrack(const KeptMeshes& meshes) {
           RelativeFrame(meshes.first.tree(), meshes.second.tree(), meshes.to_first).isPrecise());
 }
 
-double edgeOf(const KeptMeshes& meshes) {
+double largerEdge(const KeptMeshes& meshes) {
   return std::max(meanEdge(meshes.first.mesh), meanEdge(meshes.second.mesh));
 }
 
@@ -128,11 +128,11 @@ bool KeptPairs::isCurrent(const KeptMeshes& meshes) const {
 }
 
 bool KeptPairs::prepare(const KeptMeshes& meshes, const KeptRequest& request) {
+  tested_ = 0;
   if (isCurrent(meshes)) return false;
   const bool was_known = is_known_;
   is_known_ = has_next_ = false;
   num_changes_ = 0;
-  tested_ = 0;
   const bool are_same =
       topologies_[0] == meshes.first.mesh.topology && topologies_[1] == meshes.second.mesh.topology;
   if (!are_same) replaceMeshes(meshes, request);
@@ -180,12 +180,12 @@ KeptPairs::Search KeptPairs::nextSearch(const KeptMeshes& meshes, const KeptRequ
   if (!canTrack(meshes)) return searchWithin(meshes, request, 0);
   constexpr double kFar = 8;  // edges; margins need not grow with the distance beyond that
   const auto choose = [&](double speed, double enough) {
-    const double edge = edgeOf(meshes);
+    const double edge = largerEdge(meshes);
     return SearchMargin::choose(speed, std::min(request.distance, kFar * edge), edge, enough);
   };
   if (!was_known) return searchWithin(meshes, request, margin_ > 0 ? margin_ : choose(0, 1));
   if (margin_ == 0) {
-    if (!searched_[0].isEmpty()) measureVertices(meshes, edgeOf(meshes));
+    if (!searched_[0].isEmpty()) measureVertices(meshes, largerEdge(meshes));
     const double speed = searched_[0].isEmpty() ? motion_.lastStep() / 2 : moved_.mean();
     return searchWithin(meshes, request, choose(speed, kEnter));
   }

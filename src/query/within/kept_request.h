@@ -29,6 +29,9 @@ struct KeptRequest {
   const bool has_features;
   const NeighbourFilter filter;
   const IgnoredPairs triangles, vertex_face, face_vertex, edge_edge;
+  /// Whether there may be pairs to leave out.
+  const bool ignores_some = doesIgnore(triangles) || doesIgnore(vertex_face) ||
+                            doesIgnore(face_vertex) || doesIgnore(edge_edge);
 
   /// How many pairs of each kind the bits of a candidate stand for (CandidateRows).
   std::array<std::size_t, 3> kindsOf(unsigned bits, bool is_self) const {
@@ -42,6 +45,7 @@ struct KeptRequest {
   }
 
  private:
+  static bool doesIgnore(const IgnoredPairs& pairs) { return pairs.list || pairs.test; }
   IgnoredPairs own(const IgnoredPairs& given, std::size_t list) {
     IgnoredPairs owned = given;
     if (!given.list) return owned;

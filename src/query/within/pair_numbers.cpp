@@ -10,7 +10,7 @@ constexpr FeaturePair kFreePair{NumberedPairs::kNone, NumberedPairs::kNone};
 
 /// Allocates room for this many elements, and in advance for as many again.
 template <typename T>
-void reserve(std::vector<T>& values, std::size_t size) {
+void reserveSize(std::vector<T>& values, std::size_t size) {
   if (size > values.capacity()) values.reserve(std::max(size, 2 * values.capacity()));
 }
 
@@ -24,13 +24,13 @@ void PairNumbers::begin(const PairCounts& counts) {
     const std::size_t size = list.pairs.size() + counts.added[k];
     if (size > kMost)
       throw std::length_error("adaptive_bvh: a ContactSet has room for 2^29 pairs of a kind");
-    reserve(list.pairs, size);
-    reserve(kind.next, size);
-    if (has_bodies_) reserve(list.bodies, size);
-    reserve(kind.free, size);
-    reserve(list.added, counts.added[k]);
-    reserve(list.removed, counts.removed[k]);
-    reserve(list.removed_pairs, counts.removed[k]);
+    reserveSize(list.pairs, size);
+    reserveSize(kind.next, size);
+    if (has_bodies_) reserveSize(list.bodies, size);
+    reserveSize(kind.free, size);
+    reserveSize(list.added, counts.added[k]);
+    reserveSize(list.removed, counts.removed[k]);
+    reserveSize(list.removed_pairs, counts.removed[k]);
   }
   for (Kind& kind : kinds_) {
     kind.free.insert(kind.free.end(), kind.list.removed.begin(), kind.list.removed.end());

@@ -27,7 +27,7 @@ class SearchMargin {
   }
 
  private:
-  static constexpr double kSearch = 1.3, kScan = 0.6, kNarrowest = 0.04;
+  static constexpr double kSearch = 1.3, kScan = 0.45, kNarrowest = 0.04;
 };
 
 }  // namespace adaptive_bvh
