@@ -102,7 +102,7 @@ class FramePair {
     Real s, c;
     sineAndCosine(angle_ / 2, s, c);
     center_ = from_t_;
-    if (s > 0)
+    if (s > Real(1e-25))  // less is rounding of equal rotations
       center_ = from_t_ + Real(0.5) * across + (c / (2 * s)) * cross(axis_, across);
     else
       screw_ = false;  // no turn
