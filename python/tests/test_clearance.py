@@ -152,8 +152,7 @@ def test_impacts_between_frames_are_found(run, tmp_path):
     found = run("--moving", hose, "--parts", tmp_path / "part.ply")
     row = found.row("part")
     assert found.status == 1 and float(row["upper"]) == 0 and "NOT KEPT" in found.out
-    times, distances = sampled(frames, faces, part, 100)
-    assert float(row["frame"]) == pytest.approx(times[distances == 0][0], abs=0.01)
+    assert float(row["frame"]) == pytest.approx(1.4, abs=1e-5)  # its lowest corner is there
     (begin, end), = intervals_of(row["below_limit"])
     assert begin == pytest.approx(1.4, abs=0.02) and end == pytest.approx(1.6, abs=0.02)
 
@@ -282,7 +281,7 @@ def test_the_command_as_a_user_calls_it(tmp_path, bay):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT")
 def test_ctrl_c_leaves_a_report_of_what_was_done(tmp_path, page):
-    """A named pipe as a frame stops the run there until Ctrl-C."""
+    """Frames that are read slowly, until Ctrl-C."""
     frames, faces = hose_frames(40)
     write_parts(tmp_path)
     write_frames(tmp_path, "hose", frames, faces)
@@ -304,7 +303,7 @@ def test_ctrl_c_leaves_a_report_of_what_was_done(tmp_path, page):
         cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     seen = 0
     while seen < 6:  # the first frames of pieces, then frames of a piece
-        assert process.stderr.readline().strip() == "slow"
+        assert "slow" in process.stderr.readline()
         seen += 1
     process.send_signal(signal.SIGINT)
     begin = time.monotonic()

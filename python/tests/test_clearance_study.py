@@ -24,7 +24,7 @@ def study(tmp_path):
     """Four motions of one hose, each at another height above a sheet."""
     frames, faces = hose_frames()
     vertices, triangles = sheet(1, 9.0)
-    write_ply(tmp_path / "floor.ply", vertices + [2, 0, -1.45], triangles)
+    write_ply(tmp_path / "floor.ply", vertices + [2, 0, -1.2], triangles)
     lines = ["name,moving,height"]
     for name, height in HEIGHTS.items():
         np.savez(tmp_path / f"{name}.npz", vertices=frames + [0, 0, height], faces=faces)

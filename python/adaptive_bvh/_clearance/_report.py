@@ -137,7 +137,7 @@ def write_report(path: str, outcome: Outcome, sequences: Many[Sequence], parts: 
     for number, time in enumerate(moments.times):
         _record(recording, shown, time, pairs_at.get(number, []), outcome, numberings)
     rows = [Moment(pair, moments.of_pair.get(id(pair))) for pair in outcome.pairs]
-    write_whole(path, page_with_results(recording.html(), outcome, rows, numberings))
+    write_whole(path, page_with_results(recording.html(), outcome, rows, numberings, len(shown)))
 
 
 def _title(outcome: Outcome) -> str:
@@ -163,8 +163,9 @@ def _record(recording: Recording, shown: List[_Shown], time: float, pairs: List[
     for pair in pairs:
         if pair.nearest is None or abs(pair.nearest.at - time) > 1e-9:
             continue
-        note += (f" {pair.moving} and {pair.part} are nearest: "
-                 f"{text_of(pair.upper, outcome.unit)}.")
+        if pair is pairs[0] or pair.upper < 2 * outcome.limit:
+            note += (f" {pair.moving} and {pair.part} are nearest: "
+                     f"{text_of(pair.upper, outcome.unit)}.")
         if pair.upper > least * (1 + 1e-6):
             segments.setdefault("nearest moment of a pair", []).append(pair.nearest.points)
     colours = {body.number: body.least for body in shown if np.isfinite(body.least).all()}

@@ -55,6 +55,12 @@ _SCRIPT = """<script>
 const page = window.adaptiveBvhPage;
 const least = document.getElementById("value-clearance");  // of the motion: the same in all frames
 if (least) least.hidden = least.previousElementSibling.hidden = true;
+// Parts are transparent, so that moving bodies are seen between them.
+page.bodies.forEach((body, i) => {
+  if (i < MOVING) return;
+  body.setOpacity(0.4);
+  document.getElementById(`opacity-${i}`).value = 0.4;
+});
 const jump = (element) => {
   page.pause();
   page.show(Number(element.dataset.frame));
@@ -79,13 +85,15 @@ if (!new URLSearchParams(location.hash.slice(1)).has("frame")) {
 
 
 def page_with_results(html: str, outcome: Outcome, rows: Many[Moment],
-                      numberings: Dict[str, Numbering]) -> str:
-    """The recorded page with the answer above the scene, and the table below it."""
+                      numberings: Dict[str, Numbering], moving: int) -> str:
+    """The recorded page, whose first `moving` bodies move, with the answer above the scene, and the
+    table below it."""
     head, header, rest = html.partition("</header>")
     main, end, tail = rest.partition("</main>")
     body, closing, after = tail.rpartition("</body>")
     return "".join([head, header, "\n", _answer(outcome, rows, numberings), main, end, "\n",
-                    _table(outcome, rows, numberings), body, _STYLE, _SCRIPT, closing, after])
+                    _table(outcome, rows, numberings), body, _STYLE,
+                    _SCRIPT.replace("MOVING", str(moving)), closing, after])
 
 
 def _answer(outcome: Outcome, rows: Many[Moment], numberings: Dict[str, Numbering]) -> str:

@@ -341,9 +341,11 @@ class Search:
                 frame: int, tolerance: float) -> float:
         """A lower bound of the distance during a step, as near to the distance as is wanted."""
         limit, mesh = self._settings.limit, self.parts[part].mesh
-        closest = moving.least(mesh, max(tolerance / 2, self._settings.tolerance / 2))
+        finest = 100 * self._slack(body)  # a smaller tolerance is refused
+        usual = max(self._settings.tolerance, finest)
+        closest = moving.least(mesh, max(tolerance / 2, usual / 2, finest))
         if closest.lower < limit <= closest.upper:  # a tolerance too large to decide
-            closest = moving.least(mesh, self._settings.tolerance / 100)
+            closest = moving.least(mesh, max(usual / 100, finest))
         if closest.upper < pair.upper:
             triangles = np.array(closest.triangles, np.int64)
             triangles[0] = body.triangle(chunk, triangles[0])
@@ -351,5 +353,5 @@ class Search:
         if closest.lower < limit or closest.upper == 0:
             pair.below = joined(pair.below + [
                 (frame + begin, frame + end)
-                for begin, end in moving.below(mesh, limit, self._settings.tolerance)])
+                for begin, end in moving.below(mesh, limit, usual)])
         return closest.lower
