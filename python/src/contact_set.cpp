@@ -165,13 +165,6 @@ class PySet : public Bound {
     scene.query([&](const Scene3& s) { set_.emplace(s, asked.request); });
   }
 
-  std::size_t update(const py::object& tf1, const py::object& tf2) {
-    if (!second_ && !(tf1.is_none() && tf2.is_none()))
-      throw py::value_error("only a ContactSet of two meshes takes poses");
-    if (!second_) return change([](auto& set) { return set.update(); });
-    const Poses poses(tf1, tf2, "tf1", "tf2");
-    return change([&](auto& set) { return set.update(poses.tf1, poses.tf2); });
-  }
   /// Returns f(set), without the GIL, with the locks of a query.
   template <typename F>
   auto change(const F& f) {
@@ -183,6 +176,13 @@ class PySet : public Bound {
     }
     const LockedMesh::PairLock lock(*first_, second_ ? *second_ : *first_);
     return f(*set_);
+  }
+  std::size_t update(const py::object& tf1, const py::object& tf2) {
+    if (!second_ && !(tf1.is_none() && tf2.is_none()))
+      throw py::value_error("only a ContactSet of two meshes takes poses");
+    if (!second_) return change([](auto& set) { return set.update(); });
+    const Poses poses(tf1, tf2, "tf1", "tf2");
+    return change([&](auto& set) { return set.update(poses.tf1, poses.tf2); });
   }
 
  private:
