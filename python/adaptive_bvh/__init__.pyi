@@ -237,84 +237,6 @@ class CoherentProximity:
     @property
     def searches(self) -> int: ...
 
-class NumberedPairs:
-    @property
-    def pairs(self) -> _Ints: ...
-    @property
-    def numbers(self) -> _Ints: ...
-    @property
-    def bodies(self) -> npt.NDArray[np.int64]: ...
-    @property
-    def added(self) -> _Ints: ...
-    @property
-    def removed(self) -> _Ints: ...
-    @property
-    def removed_pairs(self) -> _Ints: ...
-    def __len__(self) -> int: ...
-
-class Renumbering:
-    @property
-    def triangles(self) -> _Ints: ...
-    @property
-    def vertex_face(self) -> _Ints: ...
-    @property
-    def face_vertex(self) -> _Ints: ...
-    @property
-    def edge_edge(self) -> _Ints: ...
-
-_Elements: TypeAlias = Literal["triangles", "features"]
-_FeatureKind: TypeAlias = Literal["vertex_face", "face_vertex", "edge_edge"]
-
-class ContactSet:
-    @overload
-    def __init__(
-        self,
-        mesh: DeformableMesh,
-        distance: float,
-        *,
-        elements: _Elements = "triangles",
-        filter: _Filter = "shared vertex",
-        ignored: Union[_Array, FeaturePairs, None] = None,
-        labels: Union[_Array, None] = None,
-        label_rule: _Rule = "between",
-    ) -> None: ...
-    @overload
-    def __init__(
-        self,
-        first: DeformableMesh,
-        second: DeformableMesh,
-        distance: float,
-        *,
-        elements: _Elements = "triangles",
-        ignored: Union[_Array, FeaturePairs, None] = None,
-    ) -> None: ...
-    @overload
-    def __init__(
-        self,
-        scene: Scene,
-        distance: float,
-        *,
-        elements: _Elements = "triangles",
-        ignored: Union[_Array, FeaturePairs, None] = None,
-    ) -> None: ...
-    def update(self, tf1: _Pose = None, tf2: _Pose = None) -> int: ...
-    def compact(self) -> Renumbering: ...
-    def details(
-        self, numbers: Union[_Array, None] = None, kind: Optional[_FeatureKind] = None
-    ) -> FeatureDetails: ...
-    def contacts(self, *, enable_contact: bool = True) -> Contacts: ...
-    @property
-    def triangles(self) -> NumberedPairs: ...
-    @property
-    def vertex_face(self) -> NumberedPairs: ...
-    @property
-    def face_vertex(self) -> NumberedPairs: ...
-    @property
-    def edge_edge(self) -> NumberedPairs: ...
-    @property
-    def searches(self) -> int: ...
-    def __len__(self) -> int: ...
-
 class TrianglePairs:
     @property
     def triangles(self) -> _Ints: ...
@@ -892,7 +814,6 @@ __all__ = [
     "Cone",
     "ContactPatches",
     "ContactRegions",
-    "ContactSet",
     "ContactTracker",
     "Contacts",
     "Cylinder",
@@ -909,11 +830,9 @@ __all__ = [
     "MeshLoadError",
     "MeshUpdate",
     "Motion",
-    "NumberedPairs",
     "Plane",
     "RayHits",
     "Recording",
-    "Renumbering",
     "Scene",
     "SceneCollisions",
     "SceneDistance",

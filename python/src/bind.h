@@ -19,7 +19,6 @@ void bindRays(pybind11::module_& module);            ///< first_hit, any_hit, ra
 void bindPenetration(pybind11::module_& module);     ///< vertex_contacts, signed_distance
 void bindInside(pybind11::module_& module);          ///< signed_distances, is_watertight, ...
 void bindContactRegions(pybind11::module_& module);  ///< contact_regions, ContactTracker
-void bindContactSet(pybind11::module_& module);      ///< ContactSet
 void bindContinuous(pybind11::module_& module);      ///< Motion, candidates, earliest_impact, ...
 void bindScene(pybind11::module_& module);           ///< Scene
 void bindRecording(pybind11::module_& module);       ///< _Recording, where the component is there

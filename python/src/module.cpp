@@ -39,7 +39,6 @@ PYBIND11_MODULE(_core, module) {
   bindContactRegions(module);
   bindContinuous(module);
   bindScene(module);
-  bindContactSet(module);
   bindMeshes(module);
 #ifdef ADAPTIVE_BVH_PYTHON_RECORDING
   bindRecording(module);

@@ -19,8 +19,6 @@ def everything():
     features = ab.feature_pairs_within(a, b, 0.1, None, tf)
     details = ab.feature_pair_details(a, b, features, None, tf)
     regions = ab.contact_regions(a, b, None, tf)
-    near = ab.ContactSet(a, b, 0.1)
-    near.update(None, tf)
     motion = [ab.Motion(m, m.vertices, m.vertices + s) for m, s in ((a, 0), (b, 5))]
     yield from (
         a.update(vertices),
@@ -41,8 +39,6 @@ def everything():
         regions.first,
         ab.earliest_impact(*motion),
         ab.times_of_impact(*motion, features),
-        near.triangles,
-        near.compact(),
         scene.collisions(),
         scene.pairs_within(0.1),
         scene.feature_pairs_within(0.1),
@@ -68,7 +64,7 @@ def test_every_result_shows_its_values():
                 assert member + "=" in text, (name, member)
     others = {"Box", "Sphere", "Ellipsoid", "Capsule", "Cylinder", "Cone", "Plane", "Halfspace",
               "Shape", "DeformableMesh", "Scene", "Motion", "Recording", "MeshLoadError",
-              "CoherentDistance", "CoherentProximity", "ContactSet", "ContactTracker"}
+              "CoherentDistance", "CoherentProximity", "ContactTracker"}
     classes = {n for n in ab.__all__ if isinstance(getattr(ab, n), type)}
     assert seen == classes - others
 
