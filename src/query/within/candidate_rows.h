@@ -88,7 +88,7 @@ class CandidateRows {
   void assign(const std::vector<FeaturePair>& found, std::size_t num_first, std::size_t num_second,
               const CandidateRows& last, bool has_reserves, std::vector<Dropped>& dropped);
   /// Removes a candidate of a row. The last one of the row takes its place.
-  void erase(unsigned row, unsigned at);
+  void erase(unsigned number, unsigned at);
   /// Sets all reserves to kUnknown; from now on they are needed.
   void forgetReserves();
 
