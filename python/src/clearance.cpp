@@ -58,13 +58,13 @@ constexpr const char* kByDistance =
 the present positions.)";
 }  // namespace docs
 
-namespace {
-
-FramePath pathFrom(const std::string& name) {
+FramePath framePath(const std::string& name) {
   if (name == "straight") return FramePath::Straight;
   if (name == "screw") return FramePath::Screw;
   throw py::value_error("path is '" + name + "'; 'straight' or 'screw' is needed");
 }
+
+namespace {
 
 /// Python's BodyMotion. Keeps the body alive.
 class MovingObject : public Bound {
@@ -72,7 +72,7 @@ class MovingObject : public Bound {
   /// Throws py::type_error on other bodies, py::value_error on poses beside those of a Motion.
   MovingObject(const py::object& body, const py::object& start_tf, const py::object& end_tf,
                const std::string& path)
-      : body_(body), poses_(start_tf, end_tf, "start_tf", "end_tf"), path_(pathFrom(path)) {
+      : body_(body), poses_(start_tf, end_tf, "start_tf", "end_tf"), path_(framePath(path)) {
     if (py::isinstance<MeshMotion>(body)) {
       motion_ = &body.cast<const MeshMotion&>();
       if (!start_tf.is_none() || !end_tf.is_none())
@@ -187,7 +187,7 @@ Neighbours neighboursBy(const LockedMesh& mesh, const F& f) {
   return Neighbours(mesh.query([&](const Mesh& m) { return f(m); }));
 }
 
-void bindResults(py::module_& module) {
+void bindMotionClearance(py::module_& module) {
   using C = MotionClearance;
   ResultClass<C> result(module, "MotionClearance", "The least distance over a motion.");
   result
@@ -244,11 +244,11 @@ void bindNeighbourhood(py::module_& module) {
 
 }  // namespace
 
-void bindClearance(py::module_& module) {
+void bindMotions(py::module_& module) {
   py::class_<MovingObject>(module, "BodyMotion", docs::kBodyMotion)
       .def(py::init<const py::object&, const py::object&, const py::object&, const std::string&>(),
            "body"_a, "start_tf"_a = py::none(), "end_tf"_a = py::none(), "path"_a = "straight");
-  bindResults(module);
+  bindMotionClearance(module);
   bindNeighbourhood(module);
   module.def("least_distance", &leastOf, "first"_a, "second"_a, "tolerance"_a,
              docs::kLeastDistance);

@@ -39,7 +39,7 @@ constexpr const char* kInitScene =
     R"(The pairs of all bodies of a scene that are meshes, and of meshes with themselves where they were
 added with self_collision.)";
 
-constexpr const char* kUpdate =
+constexpr const char* kUpdateSet =
     R"(Brings the set up to date with the meshes or the scene. Returns the number of pairs.
 
 tf1, tf2: poses that place two meshes in the world. Call update of a scene before.)";
@@ -51,7 +51,7 @@ constexpr const char* kCompact =
     R"(Gives the pairs of each kind the numbers from 0 on, in the order of their old numbers. Returns
 Renumbering: for each kind the new number by the old one, -1 for a number that was free.)";
 
-constexpr const char* kDetails =
+constexpr const char* kDetailsOfSet =
     R"(Distances, nearest points and normals of pairs of triangles: FeatureDetails without coordinates.
 
 numbers: (K,) integers, or None: of all pairs, by increasing number. IndexError when no pair has a
@@ -59,7 +59,7 @@ numbers: (K,) integers, or None: of all pairs, by increasing number. IndexError 
 kind: None of triangles; of features 'vertex_face', 'face_vertex' or 'edge_edge': as
     feature_pair_details.)";
 
-constexpr const char* kContacts =
+constexpr const char* kContactsOfSet =
     R"(The contacts of the pairs of triangles that touch, in the order of their numbers: Contacts, as
 collide and self_collide find them.
 
@@ -237,7 +237,7 @@ Renumbered compact(PySet& self) {
   return result;
 }
 
-void bindResults(py::module_& module) {
+void bindNumbers(py::module_& module) {
   ResultClass<Numbered> pairs(module, "NumberedPairs", docs::kNumbered);
   const auto member = [](auto NumberedPairs::*of) {
     return [of](const Numbered& self) -> const auto& { return self.list.*of; };
@@ -271,7 +271,7 @@ void bindResults(py::module_& module) {
 }  // namespace
 
 void bindContactSet(py::module_& module) {
-  bindResults(module);
+  bindNumbers(module);
   py::class_<PySet> set(module, "ContactSet", docs::kContactSet);
   set.def(py::init<const LockedMesh&, double, const std::string&, const std::string&,
                    const py::object&, const py::object&, const std::string&>(),
@@ -285,14 +285,15 @@ void bindContactSet(py::module_& module) {
       .def(py::init<const LockedScene&, double, const std::string&, const py::object&>(), "scene"_a,
            "distance"_a, py::kw_only(), "elements"_a = "triangles", "ignored"_a = py::none(),
            py::keep_alive<1, 2>(), docs::kInitScene)
-      .def("update", &PySet::update, "tf1"_a = py::none(), "tf2"_a = py::none(), docs::kUpdate)
+      .def("update", &PySet::update, "tf1"_a = py::none(), "tf2"_a = py::none(), docs::kUpdateSet)
       .def("__len__",
            [](PySet& self) {
              return self.change([](const ContactSet<double>& s) { return s.size(); });
            })
       .def("compact", &compact, docs::kCompact)
-      .def("details", &details, "numbers"_a = py::none(), "kind"_a = py::none(), docs::kDetails)
-      .def("contacts", &contacts, py::kw_only(), "enable_contact"_a = true, docs::kContacts)
+      .def("details", &details, "numbers"_a = py::none(), "kind"_a = py::none(),
+           docs::kDetailsOfSet)
+      .def("contacts", &contacts, py::kw_only(), "enable_contact"_a = true, docs::kContactsOfSet)
       .def_property_readonly(
           "searches",
           [](PySet& self) {

@@ -39,7 +39,7 @@ PYBIND11_MODULE(_core, module) {
   bindInside(module);
   bindContactRegions(module);
   bindContinuous(module);
-  bindClearance(module);
+  bindMotions(module);
   bindTrustRegion(module);
   bindScene(module);
   bindContactSet(module);

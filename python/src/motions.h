@@ -1,15 +1,19 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
-#include "adaptive_bvh/continuous_collision.h"
+#include "adaptive_bvh/motion_clearance.h"
 #include "arrays.h"
 #include "bound.h"
 #include "locked_mesh.h"
 #include "pose.h"
 
 namespace adaptive_bvh::python {
+
+/// "straight" or "screw". Throws py::value_error on other names.
+FramePath framePath(const std::string& name);
 
 /// Python's Motion: a mesh, and copies of its positions at two times.
 class MeshMotion : public Bound {

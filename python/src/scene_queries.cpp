@@ -7,6 +7,7 @@
 
 #include "arrays.h"
 #include "locked_scene.h"
+#include "motions.h"
 #include "results.h"
 
 namespace adaptive_bvh::python {
@@ -54,14 +55,8 @@ constexpr const char* kSceneIntervalsBelow =
 
 namespace {
 
-FramePath framePath(const std::string& name) {
-  if (name == "straight") return FramePath::Straight;
-  if (name == "screw") return FramePath::Screw;
-  throw py::value_error("path is '" + name + "'; 'straight' or 'screw' is needed");
-}
-
-SceneClearance leastOf(const LockedScene& scene, BodyId body, double tolerance,
-                       const std::string& path_name) {
+SceneClearance leastInScene(const LockedScene& scene, BodyId body, double tolerance,
+                            const std::string& path_name) {
   const FramePath path = framePath(path_name);
   return scene.query([&](const Scene3& s) { return s.leastDistance(body, tolerance, path); });
 }
@@ -74,8 +69,8 @@ std::vector<SceneClearance> leastDistancesOf(const LockedScene& scene, BodyId bo
   });
 }
 
-py::list intervalsOf(const LockedScene& scene, double clearance, double tolerance,
-                     const std::string& path_name) {
+py::list intervalsInScene(const LockedScene& scene, double clearance, double tolerance,
+                          const std::string& path_name) {
   const FramePath path = framePath(path_name);
   const auto found = find<SceneIntervals>(scene, [&](auto& result, const Scene3& s) {
     s.intervalsBelow(clearance, tolerance, result, path);
@@ -240,12 +235,12 @@ void bindRayAndStepQueries(SceneClass& scene) {
            docs::kSceneEarliestImpact)
       .def("largest_safe_step", reading(&Scene3::largestSafeStep), "separation"_a = 0.0,
            docs::kSceneLargestSafeStep)
-      .def("least_distance", &leastOf, "body"_a, "tolerance"_a, "path"_a = "straight",
+      .def("least_distance", &leastInScene, "body"_a, "tolerance"_a, "path"_a = "straight",
            docs::kSceneLeastDistance)
       .def("least_distances", &leastDistancesOf, "body"_a, "k"_a, "tolerance"_a,
            "path"_a = "straight", docs::kSceneLeastDistances)
-      .def("intervals_below", &intervalsOf, "clearance"_a, "tolerance"_a, "path"_a = "straight",
-           docs::kSceneIntervalsBelow);
+      .def("intervals_below", &intervalsInScene, "clearance"_a, "tolerance"_a,
+           "path"_a = "straight", docs::kSceneIntervalsBelow);
 }
 
 }  // namespace
