@@ -211,7 +211,7 @@ class Search:
     def _body(self, topology: Topology, vertices: Floats) -> Body:
         with self._lock:
             if topology not in self._chunks:
-                self._chunks[topology] = Chunks(topology, vertices)
+                self._chunks[topology] = Chunks(topology)
             chunks = self._chunks[topology]
         return Body(chunks, vertices, self.parts)
 
