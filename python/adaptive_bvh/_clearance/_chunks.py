@@ -29,10 +29,10 @@ def _split(centres: Floats, triangles: Ints, chunks: List[Ints]) -> None:
 
 
 class Chunks:
-    """The chunks of a topology: made once, at the first positions."""
+    """The chunks of a topology, at its first vertices."""
 
-    def __init__(self, topology: Topology, vertices: Floats):
-        corners = topology.triangles
+    def __init__(self, topology: Topology):
+        corners, vertices = topology.triangles, topology.first
         self.triangles: List[Ints] = []  # numbers of each chunk's triangles
         _split(vertices[corners].mean(axis=1), np.arange(len(corners)), self.triangles)
         self.vertices: List[Ints] = []  # numbers of each chunk's vertices

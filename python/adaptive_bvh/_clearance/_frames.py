@@ -26,8 +26,10 @@ class Topology:
     the same in both.
     """
 
-    def __init__(self, triangles: Ints, kept: Optional[Ints] = None, same: Optional[Ints] = None):
+    def __init__(self, positions: Floats, triangles: Ints, kept: Optional[Ints] = None,
+                 same: Optional[Ints] = None):
         self.triangles = triangles
+        self.first = positions if kept is None else positions.take(kept, axis=0)  # vertices
         self._kept = kept  # the vertices of a file that are vertices here; None: all
         self._same = same  # (K, 2), of the others: each, and the one that it is joined with
 
@@ -46,7 +48,7 @@ class Shape:
     def __init__(self, positions: Floats, triangles: Ints):
         self.triangles = triangles
         self.count = len(positions)
-        self.topologies: List[Topology] = [Topology(triangles)]
+        self.topologies: List[Topology] = [Topology(positions, triangles)]
         order = np.lexsort(positions.T)  # stable: equal vertices stay in the order of the file
         rows = positions[order]
         first = np.ones(len(rows), bool)
@@ -57,8 +59,9 @@ class Shape:
             is_kept = into == np.arange(len(into))
             others = np.flatnonzero(~is_kept)
             rank = np.cumsum(is_kept) - 1
-            self.topologies.insert(0, Topology(rank[into][triangles], np.flatnonzero(is_kept),
-                                               np.stack([others, into[others]], axis=1)))
+            self.topologies.insert(0, Topology(
+                positions, rank[into][triangles], np.flatnonzero(is_kept),
+                np.stack([others, into[others]], axis=1)))
 
     def is_of(self, positions: Floats, triangles: Ints) -> bool:
         """Whether these may be a frame of this shape."""

@@ -211,7 +211,7 @@ class Search:
     def _body(self, topology: Topology, vertices: Floats) -> Body:
         with self._lock:
             if topology not in self._chunks:
-                self._chunks[topology] = Chunks(topology, vertices)
+                self._chunks[topology] = Chunks(topology)
             chunks = self._chunks[topology]
         return Body(chunks, vertices, self.parts)
 
@@ -330,7 +330,7 @@ class Search:
                 rows = body.chunks.vertices[chunk]
                 steps[chunk] = Step(body.mesh(chunk), start[rows], vertices[rows])
             floor[i] = self._during(pairs[p], body, steps[chunk], p, chunk, frame,
-                                    float(seen[p] - self._enough(seen[p])))
+                                    float(seen[p] - self._enough(seen[p])), slack)
             seen[p] = min(seen[p], pairs[p].upper)
         reach.now = after
         lower = np.full(len(pairs), np.inf)
@@ -338,10 +338,10 @@ class Search:
         self._count(pairs, lower)
 
     def _during(self, pair: PairResult, body: Body, moving: Step, part: int, chunk: int,
-                frame: int, tolerance: float) -> float:
+                frame: int, tolerance: float, slack: float) -> float:
         """A lower bound of the distance during a step, as near to the distance as is wanted."""
         limit, mesh = self._settings.limit, self.parts[part].mesh
-        finest = 100 * self._slack(body)  # a smaller tolerance is refused
+        finest = 100 * slack  # a smaller tolerance is refused
         usual = max(self._settings.tolerance, finest)
         closest = moving.least(mesh, max(tolerance / 2, usual / 2, finest))
         if closest.lower < limit <= closest.upper:  # a tolerance too large to decide
