@@ -163,7 +163,9 @@ TEST(MotionClearance, IntervalsHoldAllTimesBelow) {
     intervalsBelow(a.moving(), b.moving(), clearance, tolerance, intervals);
     for (std::size_t k = 0; k < intervals.size(); ++k) {
       EXPECT_LT(intervals[k].begin, intervals[k].end);
-      if (k > 0) EXPECT_LT(intervals[k - 1].end, intervals[k].begin);
+      if (k > 0) {
+        EXPECT_LT(intervals[k - 1].end, intervals[k].begin);
+      }
     }
     for (int step = 0; step <= 100; ++step) {
       const double t = step / 100., d = static_cast<double>(distanceAt(a, b, Real(t)));

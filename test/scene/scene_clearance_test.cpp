@@ -103,7 +103,9 @@ TEST(SceneClearance, IsThatOfAllPairs) {
           const MotionClearance again = leastDistance(
               bay.motionOf(body, path), bay.motionOf(nearest[k].bodies.second, path), tolerance);
           EXPECT_NEAR(nearest[k].clearance.upper, again.upper, tolerance);
-          if (!again.meet()) EXPECT_FALSE(nearest[k].clearance.meet());
+          if (!again.meet()) {
+            EXPECT_FALSE(nearest[k].clearance.meet());
+          }
         }
       }
     }
