@@ -243,7 +243,7 @@ class NumberedPairs:
     @property
     def numbers(self) -> _Ints: ...
     @property
-    def bodies(self) -> npt.NDArray[np.int64]: ...
+    def bodies(self) -> _Longs: ...
     @property
     def added(self) -> _Ints: ...
     @property
@@ -1031,6 +1031,7 @@ class Recording:
     def num_bytes(self) -> int: ...
 
 __all__ = [
+    "BodyMotion",
     "BodyOptions",
     "Box",
     "Capsule",
@@ -1061,12 +1062,14 @@ __all__ = [
     "MeshLoadError",
     "MeshUpdate",
     "Motion",
+    "MotionClearance",
     "NumberedPairs",
     "Plane",
     "RayHits",
     "Recording",
     "Renumbering",
     "Scene",
+    "SceneClearance",
     "SceneCollisions",
     "SceneDistance",
     "SceneFeaturePairs",
@@ -1078,6 +1081,7 @@ __all__ = [
     "Shape",
     "SignedDistance",
     "Sphere",
+    "SurfaceNeighbourhood",
     "TrianglePairs",
     "TrustRegion",
     "TrustRegionReport",
@@ -1097,15 +1101,19 @@ __all__ = [
     "feature_pair_details",
     "feature_pairs_within",
     "first_hit",
+    "intervals_below",
     "is_nearer",
     "is_watertight",
     "largest_safe_step",
+    "least_distance",
+    "least_self_distance",
     "load_mesh",
     "open_edges",
     "pairs_within",
     "ray_hits",
     "safe_displacements",
     "self_collide",
+    "self_intervals_below",
     "shape_mesh",
     "signed_clearance",
     "signed_distance",

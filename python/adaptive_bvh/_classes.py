@@ -17,10 +17,14 @@ def _text_of_value(value):
     return line if value.size <= _SHOWN else f"{line} of shape {value.shape}"
 
 
-def _repr(result, name=None):
+def _text(name, result):
     """The attributes by name: "RayHits(rays=[0, 2], triangles=[7, 9], ...)"."""
     values = (f"{each}={_text_of_value(getattr(result, each))}" for each in result._attributes)
-    return f"{name or type(result).__name__}({', '.join(values)})"
+    return f"{name}({', '.join(values)})"
+
+
+def _repr(result):
+    return _text(type(result).__name__, result)
 
 
 class SavedResult:
@@ -31,7 +35,7 @@ class SavedResult:
         self._name, self._attributes = name, list(values)
 
     def __repr__(self):
-        return _repr(self, self._name)
+        return _text(self._name, self)
 
 
 class SavedRows(SavedResult):

@@ -50,6 +50,8 @@ def everything():
         region.truncate(vertices)[1],
         near.triangles,
         near.compact(),
+        ab.least_distance(*motion, 0.01),
+        scene.least_distance(first, 0.01),
         scene.collisions(),
         scene.pairs_within(0.1),
         scene.feature_pairs_within(0.1),
@@ -75,7 +77,8 @@ def test_every_result_shows_its_values():
                 assert member + "=" in text, (name, member)
     others = {"Box", "Sphere", "Ellipsoid", "Capsule", "Cylinder", "Cone", "Plane", "Halfspace",
               "Shape", "DeformableMesh", "Scene", "Motion", "Recording", "MeshLoadError",
-              "CoherentDistance", "CoherentProximity", "ContactSet", "ContactTracker", "TrustRegion"}
+              "CoherentDistance", "CoherentProximity", "ContactSet", "ContactTracker", "TrustRegion",
+              "BodyMotion", "SurfaceNeighbourhood"}
     classes = {n for n in ab.__all__ if isinstance(getattr(ab, n), type)}
     assert seen == classes - others
 

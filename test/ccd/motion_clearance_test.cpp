@@ -128,8 +128,9 @@ void judge(const MotionClearance& found, const std::function<Real(Real)>& distan
     for (int i = 0; i < 16 && found.time > 0; ++i)  // before the impact they are apart
       EXPECT_GT(static_cast<double>(distance(Real(found.time) * i / 16)), 0);
   } else {
-    EXPECT_NEAR(there, found.upper, rounding);
-    EXPECT_NEAR((found.points[0] - found.points[1]).norm(), there, 1e-10);
+    EXPECT_LE(there, found.upper + rounding);  // another pair may be nearer, within the tolerance
+    EXPECT_GE(there, found.lower - rounding);
+    EXPECT_NEAR((found.points[0] - found.points[1]).norm(), found.upper, 1e-10);
     EXPECT_FALSE(exact.upper == 0 && exact.lower == 0 && found.lower > 0);
   }
 }

@@ -82,8 +82,9 @@ TEST_F(Distances4, BoundsEncloseTheDistance) {
       EXPECT_LE(bounds.lower[lane], distances[lane]);
       EXPECT_GE(bounds.upper[lane], distances[lane]);
       apart += distances[lane] > 0;
-      narrow += distances[lane] > 0 && double(bounds.upper[lane] - bounds.lower[lane]) <
-                                           32 * error + 1e-4 * (size + double(distances[lane]));
+      narrow += distances[lane] > 0 &&
+                double(bounds.upper[lane] - bounds.lower[lane]) <
+                    32 * (error + kLaneRounding) + 1e-4 * (size + double(distances[lane]));
     }
   }
   EXPECT_GT(double(narrow), 0.9 * double(apart));

@@ -138,6 +138,11 @@ void CandidateRows::assignRow(unsigned number, unsigned* found, unsigned count,
   }
 }
 
+void CandidateRows::reserveAs(const CandidateRows& other) {
+  rows_.reserve(other.rows_.size());
+  enlarge(other.second_.size());
+}
+
 /// Enlarges the arrays to at least this size.
 void CandidateRows::enlarge(std::size_t size) {
   if (size >= kMatched) throw std::length_error("adaptive_bvh: a ContactSet is too large");

@@ -89,6 +89,8 @@ class CandidateRows {
               const CandidateRows& last, bool has_reserves, std::vector<Dropped>& dropped);
   /// Removes a candidate of a row. The last one of the row takes its place.
   void erase(unsigned number, unsigned at);
+  /// Takes as much memory as other rows have: those that are filled in turns with these.
+  void reserveAs(const CandidateRows& other);
   /// Sets all reserves to kUnknown; from now on they are needed.
   void forgetReserves();
 

@@ -308,8 +308,12 @@ void KeptPairs::merge(const KeptMeshes& meshes, std::vector<FeaturePair>& found,
     SmallIds ids1(numTriangles(0), first), ids2(numTriangles(1), tracked_[1].leaves());
     for (FeaturePair& pair : found) pair = {ids1(pair.first), ids2(pair.second)};
   }
-  if (!is_all) return rows_.merge(found, first.size(), tracked(1).size());
+  if (!is_all) {
+    rows_.merge(found, first.size(), tracked(1).size());
+    return next_.reserveAs(rows_);
+  }
   next_.assign(found, first.size(), tracked(1).size(), rows_, margin_ > 0, dropped_);
+  rows_.reserveAs(next_);
   has_next_ = true;
 }
 
