@@ -222,7 +222,7 @@ void requireTolerable(const ClearanceQuery& query) {
 bool lowerClearance(const ClearanceQuery& query, const std::array<int, 2>& hint,
                     MotionClearance& best) {
   if (query.second.body.flat()) return lowerOf<FlatPair>(query, hint, best);
-  if (query.second.body.mesh()) return lowerOf<TrianglePair>(query, hint, best);
+  if (query.second.body.mesh()) return lowerOf<MovingTrianglePair>(query, hint, best);
   return lowerOf<SolidPair>(query, hint, best);
 }
 
@@ -236,7 +236,7 @@ void findIntervalsBelow(const ClearanceQuery& query, double clearance,
   if (query.second.body.flat())
     find(IntervalsBelow<FlatPair>(query, clearance));
   else if (query.second.body.mesh())
-    find(IntervalsBelow<TrianglePair>(query, clearance));
+    find(IntervalsBelow<MovingTrianglePair>(query, clearance));
   else
     find(IntervalsBelow<SolidPair>(query, clearance));
 }

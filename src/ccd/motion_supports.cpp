@@ -7,7 +7,7 @@
 namespace adaptive_bvh {
 namespace {
 
-constexpr double kNoExtent = -std::numeric_limits<double>::infinity();
+constexpr double kEmptyExtent = -std::numeric_limits<double>::infinity();
 
 }  // namespace
 
@@ -40,8 +40,8 @@ void MotionSupports::assignBody(const MovingBody& body, const fcl::Vector3d& n,
                                 const MovingBody::At (&ends)[2], const fcl::Vector3d (&origins)[2],
                                 std::vector<double> (&heights)[2], std::vector<Extents>& extents) {
   if (!body.mesh()) {
-    extents.assign(1, {{{kNoExtent, kNoExtent, kNoExtent, kNoExtent},
-                        {kNoExtent, kNoExtent, kNoExtent, kNoExtent}}});
+    extents.assign(1, {{{kEmptyExtent, kEmptyExtent, kEmptyExtent, kEmptyExtent},
+                        {kEmptyExtent, kEmptyExtent, kEmptyExtent, kEmptyExtent}}});
     for (int e = 0; e < 2; ++e) extents[0].at[e][0] = n.dot(body.support(ends[e], n) - origins[e]);
     return;
   }
@@ -55,7 +55,7 @@ void MotionSupports::assignBody(const MovingBody& body, const fcl::Vector3d& n,
     for (std::size_t i = extents.size(); i-- > 0;) {
       const WideNode& node = tree.nodes()[i];
       double* const lanes = extents[i].at[e];
-      std::fill(lanes, lanes + 4, kNoExtent);
+      std::fill(lanes, lanes + 4, kEmptyExtent);
       for (int k = 0; k < int(node.count); ++k) {
         if (node.isLeaf()) {
           const Int4& v = tree.corners(static_cast<unsigned>(node.first + k));

@@ -76,7 +76,7 @@ Vector materialPoint(const MovingBody::At& at, const Vector& x, const MovingBody
 
 }  // namespace
 
-std::array<Vector, 3> TrianglePair::guesses(const At& at) {
+std::array<Vector, 3> MovingTrianglePair::guesses(const At& at) {
   const Vector between = at.b[0] + at.b[1] + at.b[2] - at.a[0] - at.a[1] - at.a[2];
   const auto normalOf = [&](const Triangle& t) -> Vector {
     const Vector normal = (t[1] - t[0]).cross(t[2] - t[0]).stableNormalized();
@@ -85,7 +85,7 @@ std::array<Vector, 3> TrianglePair::guesses(const At& at) {
   return {between.stableNormalized(), normalOf(at.a), normalOf(at.b)};
 }
 
-std::array<Vector, 11> TrianglePair::manyGuesses(const At& at, const Vector& n) {
+std::array<Vector, 11> MovingTrianglePair::manyGuesses(const At& at, const Vector& n) {
   std::array<Vector, 11> directions;
   const auto edges1 = edgesOf(at.a), edges2 = edgesOf(at.b);
   directions[0] = edges1[0].cross(edges1[1]);
@@ -100,8 +100,8 @@ std::array<Vector, 11> TrianglePair::manyGuesses(const At& at, const Vector& n) 
 }
 
 /// The distance of two points of the triangles is a convex function of time, apart from arcs.
-double TrianglePair::farthest(const At& a, const At& b, const At& at,
-                              const TriangleGap& gap) const {
+double MovingTrianglePair::farthest(const At& a, const At& b, const At& at,
+                                    const TriangleGap& gap) const {
   const Vector of_first = weightsOf(at.a, gap.points.first),
                of_second = weightsOf(at.b, gap.points.second);
   const auto distance = [&](const At& end) {

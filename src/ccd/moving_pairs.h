@@ -58,14 +58,14 @@ class PairSlack {
 };
 
 /// Two triangles.
-class TrianglePair {
+class MovingTrianglePair {
  public:
   struct At {
     double t;
     TrianglePoints<double> a, b;
   };
 
-  TrianglePair(const MovingBody& first, const MovingBody& second, const PartNumbers& parts)
+  MovingTrianglePair(const MovingBody& first, const MovingBody& second, const PartNumbers& parts)
       : first_(first), second_(second), parts_(parts), slack_(first, second) {}
 
   At at(double t) const {

@@ -251,15 +251,17 @@ void KeptPairs::allowMotion() {
 
 void KeptPairs::search(const KeptMeshes& meshes, const KeptRequest& request, Search kind) {
   const Leased<std::vector<FeaturePair>> found;
-  if (kind == Search::Anew) {
-    findLeafPairs<false>(meshes, request, request.distance, {}, *found);
-  } else if (kind == Search::All) {
-    findLeafPairs<true>(meshes, request, request.distance + margin_, {}, *found);
-  } else {
+  double reach = request.distance;
+  MarkedNodes marked{};
+  if (kind == Search::Marked) {
     markMoved(meshes);
-    const MarkedNodes marked{marks_[0].data(), marks_[meshes.is_self ? 0 : 1].data()};
-    findLeafPairs<true>(meshes, request, request.distance + margin_ + moved_.most, marked, *found);
+    marked = {marks_[0].data(), marks_[meshes.is_self ? 0 : 1].data()};
+    reach += moved_.most;
   }
+  if (kind == Search::Anew)
+    findLeafPairs<false>(meshes, request, reach, marked, *found);
+  else
+    findLeafPairs<true>(meshes, request, reach + margin_, marked, *found);
   ++searches_;
   merge(meshes, *found, kind != Search::Marked);
   recordSearch(meshes, kind);
