@@ -101,7 +101,7 @@ bool TrackedTriangles::read(const MeshState& mesh, const ToFirst& to_first,
   if (corners_.size() < leaves_.size()) appendVertices(mesh);
   bool fits = true;
   for (std::size_t i = 0; i < vertices_.size(); ++i) {
-    const fcl::Vector3d now = to_first(mesh.vertices[vertices_[i]]);
+    const fcl::Vector3d& now = to_first(mesh.vertices[vertices_[i]]);
     fcl::Vector3d& last = points_[i];
     vertex_moved_[i] = i >= before || now[0] != last[0] || now[1] != last[1] || now[2] != last[2];
     if (!vertex_moved_[i]) continue;
