@@ -38,9 +38,10 @@ namespace adaptive_bvh {
 /// set measures against the positions that it saw; the meshes keep nothing for it. If everything
 /// moves too far in a step to gain by this, an update searches as a new query does.
 ///
-/// **Memory.** 8 bytes for each number and 6 for its links; 26 to 33 for each pair within the
-/// margin, which are one to three times as many as there are pairs; 110 for each triangle that has
-/// such a pair. If most triangles have one, also 24 for each vertex.
+/// **Memory.** 8 bytes for each number and 6 for its links; 60 to 75 for each pair within the
+/// margin, in two lists that are filled in turns; there are one to three times as many of these as
+/// there are pairs. 110 for each triangle that has such a pair. If most triangles have one, also 24
+/// for each vertex.
 ///
 /// **Errors.** std::invalid_argument as in proximity.h: from a constructor, if the request is not
 /// as it says; from `update`, if a transform is not a rigid motion. A call that throws leaves the

@@ -96,7 +96,6 @@ void CandidateRows::assign(const std::vector<FeaturePair>& found, std::size_t nu
   if (memory->marks.size() < num_second) memory->marks.resize(num_second, kUnmarked);
   enlarge(found.size() + 4 * num_first);
   dropped.clear();
-  dropped.reserve(last.size_);
   end_ = 0;
   for (unsigned i = 0; i < num_first; ++i) {
     const unsigned begin = memory->begins[i], count = memory->begins[i + 1] - begin;
@@ -140,7 +139,7 @@ void CandidateRows::assignRow(unsigned number, unsigned* found, unsigned count,
 
 void CandidateRows::reserveAs(const CandidateRows& other) {
   rows_.reserve(other.rows_.size());
-  enlarge(other.second_.size());
+  enlarge(other.capacity());
 }
 
 /// Enlarges the arrays to at least this size.

@@ -65,6 +65,8 @@ class CandidateRows {
   };
 
   const std::vector<Row>& rows() const { return rows_; }
+  /// For how many candidates there is memory.
+  std::size_t capacity() const { return second_.size(); }
   std::size_t size() const { return size_; }  ///< number of candidates
 
   unsigned second(unsigned at) const { return second_[at]; }
@@ -93,12 +95,6 @@ class CandidateRows {
   void reserveAs(const CandidateRows& other);
   /// Sets all reserves to kUnknown; from now on they are needed.
   void forgetReserves();
-
-  std::size_t bytes() const {
-    return rows_.capacity() * sizeof(Row) +
-           second_.capacity() *
-               (sizeof(unsigned) + sizeof(Bits) + sizeof(Float4) + sizeof(PairLink));
-  }
 
  private:
   void mergeRow(unsigned number, unsigned* found, unsigned count, unsigned* marks);

@@ -310,13 +310,16 @@ void KeptPairs::merge(const KeptMeshes& meshes, std::vector<FeaturePair>& found,
     SmallIds ids1(numTriangles(0), first), ids2(numTriangles(1), tracked_[1].leaves());
     for (FeaturePair& pair : found) pair = {ids1(pair.first), ids2(pair.second)};
   }
-  if (!is_all) {
+  if (is_all) {
+    next_.assign(found, first.size(), tracked(1).size(), rows_, margin_ > 0, dropped_);
+    has_next_ = true;
+  } else {
     rows_.merge(found, first.size(), tracked(1).size());
-    return next_.reserveAs(rows_);
   }
-  next_.assign(found, first.size(), tracked(1).size(), rows_, margin_ > 0, dropped_);
+  // Both lists are filled in turns: a search of everything may come after many others.
   rows_.reserveAs(next_);
-  has_next_ = true;
+  next_.reserveAs(rows_);
+  dropped_.reserve(rows_.capacity());
 }
 
 /// Records where the vertices are that the search has visited. Where the meshes have many more
@@ -460,7 +463,6 @@ void KeptPairs::commit(const KeptMeshes& meshes, const KeptRequest& request, con
         rows_.setBits(change.at, change.bits);
     }
   num_changes_ = 0;
-  if (has_next_ && margin_ > 0) next_ = CandidateRows();
   has_next_ = false;
   versions_ = {meshes.first.mesh.version, meshes.second.mesh.version};
   tf1_ = meshes.first.tf;
@@ -480,10 +482,6 @@ void KeptPairs::renumber(const std::array<std::vector<unsigned>, 3>& moved) noex
       PairLink& link = rows_.pairs(at);
       if (link.exists()) link = {link.kind(), moved[link.kind()][link.number()]};
     }
-}
-
-std::size_t KeptPairs::bytes() const {
-  return rows_.bytes() + tracked_[0].bytes() + tracked_[1].bytes();
 }
 
 }  // namespace adaptive_bvh

@@ -41,7 +41,6 @@ class KeptPairs {
   std::size_t numCandidates() const { return rows_.size(); }
   std::size_t tested() const { return tested_; }      ///< by the last `prepare`
   std::size_t searches() const { return searches_; }  ///< so far
-  std::size_t bytes() const;
 
  private:
   enum class Search { None, Marked, All, Anew };

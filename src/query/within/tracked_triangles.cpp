@@ -83,9 +83,4 @@ float TrackedTriangles::measure() {
   return most;
 }
 
-std::size_t TrackedTriangles::bytes() const {
-  return leaves_.capacity() * (sizeof(unsigned) + sizeof(Int4) + 3 * sizeof(Float4) + 1) +
-         vertices_.capacity() * (sizeof(unsigned) + sizeof(fcl::Vector3d) + sizeof(Float4) + 1);
-}
-
 }  // namespace adaptive_bvh

@@ -74,8 +74,6 @@ class TrackedTriangles {
     return positions_[static_cast<std::size_t>(corners_[id][k])];
   }
 
-  std::size_t bytes() const;
-
  private:
   void appendVertices(const MeshState& mesh);
 
