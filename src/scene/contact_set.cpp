@@ -98,8 +98,12 @@ void addTouching(const KeptMeshes& meshes, const fcl::Transform3d& tf,
 
 template <typename S>
 struct ContactSet<S>::State {
-  /// The pairs of two bodies, or of one with itself.
-  using OfBodies = std::map<BodyPair, KeptPairs>;
+  /// The pairs of two bodies, or of one with itself, and the last update of the set in which the
+  /// bodies were near.
+  struct OfBodies {
+    KeptPairs pairs;
+    std::uint64_t update = 0;
+  };
 
   State(const DeformableMesh<S>* one, const DeformableMesh<S>* other, const Scene<S>* of_scene,
         const ContactSetRequest<S>& request_given)
@@ -118,9 +122,10 @@ struct ContactSet<S>::State {
   Transform tf1 = Transform::Identity(), tf2 = Transform::Identity();
   std::shared_ptr<const KeptRequest> request;
   PairNumbers numbers;
-  KeptPairs pairs;                  ///< of meshes
-  OfBodies of_bodies;               ///< of a scene
-  std::uint64_t scene_version = 0;  ///< of the last update; 0 before the first
+  KeptPairs pairs;                         ///< of meshes
+  std::map<BodyPair, OfBodies> of_bodies;  ///< of a scene
+  std::uint64_t updates = 0;               ///< of a scene, so far
+  std::uint64_t scene_version = 0;         ///< of the last update; 0 before the first
 
   void updateMeshes(const Transform& to1, const Transform& to2) {
     update(second ? KeptMeshes({*first, to1}, {*second, to2}) : KeptMeshes(stateOf(*first)));
@@ -191,9 +196,12 @@ void ContactSet<S>::State::updateScene() {
   const Leased<std::vector<Task>> leased;
   std::vector<Task>& tasks = *leased;
   tasks.clear();
+  ++updates;
   for (const BodyPair& pair : *near) {
     const Body &a = state.bodies[pair.first], &b = state.bodies[pair.second];
-    tasks.push_back({&a, &b, &of_bodies[{a.id, b.id}], false});
+    OfBodies& kept = of_bodies[{a.id, b.id}];
+    kept.update = updates;
+    tasks.push_back({&a, &b, &kept.pairs, false});
   }
   const TaskPool pool(tasks.size() > 1 ? state.threads : 1);
   pool.forEach(static_cast<int>(tasks.size()), [&](int i, int) {
@@ -203,33 +211,20 @@ void ContactSet<S>::State::updateScene() {
   PairCounts counts;
   for (const Task& task : tasks)
     if (task.has_changed) counts.add(task.pairs->counts());
-  std::size_t next = 0;  // of the tasks, whose order is that of the map
-  const auto isTask = [&](const auto& entry) {
-    while (next < tasks.size() && tasks[next].pairs != &entry.second) {
-      if (BodyPair{tasks[next].a->id, tasks[next].b->id} < entry.first)
-        ++next;
-      else
-        return false;
-    }
-    return next < tasks.size();
-  };
-  for (auto& entry : of_bodies)
-    if (!isTask(entry)) {
-      entry.second.prepareRemoval(*request);
-      counts.add(entry.second.counts());
+  for (auto& [bodies_of, kept] : of_bodies)
+    if (kept.update != updates) {
+      kept.pairs.prepareRemoval(*request);
+      counts.add(kept.pairs.counts());
     }
   numbers.begin(counts);
   for (const Task& task : tasks)
     if (task.has_changed)
       task.pairs->commit(keptMeshes(*task.a, *task.b), *request, {task.a->id, task.b->id}, numbers);
-  next = 0;
   for (auto entry = of_bodies.begin(); entry != of_bodies.end();) {
-    if (isTask(*entry)) {
-      ++entry;
-      continue;
-    }
-    entry->second.commitRemoval(numbers);
-    entry = of_bodies.erase(entry);
+    const auto here = entry++;
+    if (here->second.update == updates) continue;
+    here->second.pairs.commitRemoval(numbers);
+    of_bodies.erase(here);
   }
   scene_version = state.version;
 }
@@ -296,7 +291,7 @@ void ContactSet<S>::compact(Renumbering& moved) {
   std::array<std::vector<unsigned>, 3> kinds;
   state_->numbers.compact(kinds);
   state_->pairs.renumber(kinds);
-  for (auto& entry : state_->of_bodies) entry.second.renumber(kinds);
+  for (auto& entry : state_->of_bodies) entry.second.pairs.renumber(kinds);
   moved = {};
   (state_->request->has_features ? moved.vertex_face : moved.triangles) = std::move(kinds[0]);
   moved.face_vertex = std::move(kinds[1]);
@@ -379,7 +374,7 @@ ContactSetWork ContactSet<S>::work() const {
     work.searches += pairs.searches();
   };
   add(state_->pairs);
-  for (const auto& entry : state_->of_bodies) add(entry.second);
+  for (const auto& entry : state_->of_bodies) add(entry.second.pairs);
   return work;
 }
 
