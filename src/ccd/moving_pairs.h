@@ -57,16 +57,32 @@ class PairSlack {
   double acceleration_, rounding_, size_;
 };
 
+/// What all pairs have: the bodies, the numbers of the parts, and their slack.
+class PairOfParts {
+ public:
+  PairOfParts(const MovingBody& first, const MovingBody& second, const PartNumbers& parts)
+      : first_(first), second_(second), parts_(parts), slack_(first, second) {}
+
+  template <typename At>
+  double slack(const At& a, const At& b) const {
+    return slack_(b.t - a.t);
+  }
+
+ protected:
+  const MovingBody &first_, &second_;
+  const PartNumbers parts_;
+  const PairSlack slack_;
+};
+
 /// Two triangles.
-class MovingTrianglePair {
+class MovingTrianglePair : public PairOfParts {
  public:
   struct At {
     double t;
     TrianglePoints<double> a, b;
   };
 
-  MovingTrianglePair(const MovingBody& first, const MovingBody& second, const PartNumbers& parts)
-      : first_(first), second_(second), parts_(parts), slack_(first, second) {}
+  using PairOfParts::PairOfParts;
 
   At at(double t) const {
     return {t, first_.triangle(parts_.first, first_.at(t)),
@@ -82,18 +98,12 @@ class MovingTrianglePair {
   static std::array<fcl::Vector3d, 3> guesses(const At& at);
   /// Both normals, and what is perpendicular to an edge of each.
   static std::array<fcl::Vector3d, 11> manyGuesses(const At& at, const fcl::Vector3d& n);
-  double slack(const At& a, const At& b) const { return slack_(b.t - a.t); }
   double farthest(const At& a, const At& b, const At& at, const TriangleGap& gap) const;
   double gapError(double distance) const { return slack_.ofGap(distance, 0x1p-44); }
-
- private:
-  const MovingBody &first_, &second_;
-  const PartNumbers parts_;
-  const PairSlack slack_;
 };
 
 /// A triangle or a shape, and a shape; both bounded.
-class SolidPair {
+class SolidPair : public PairOfParts {
  public:
   struct At {
     double t;
@@ -101,8 +111,7 @@ class SolidPair {
     TrianglePoints<double> triangle;  ///< if the first is a triangle
   };
 
-  SolidPair(const MovingBody& first, const MovingBody& second, const PartNumbers& parts)
-      : first_(first), second_(second), parts_(parts), slack_(first, second) {}
+  using PairOfParts::PairOfParts;
 
   At at(double t) const;
   TriangleGap gap(const At& at) const;
@@ -111,18 +120,12 @@ class SolidPair {
   std::array<fcl::Vector3d, 1> manyGuesses(const At& at, const fcl::Vector3d&) const {
     return guesses(at);
   }
-  double slack(const At& a, const At& b) const { return slack_(b.t - a.t); }
   double farthest(const At& a, const At& b, const At& at, const TriangleGap& gap) const;
   double gapError(double distance) const { return slack_.ofGap(distance, 0x1p-40); }
-
- private:
-  const MovingBody &first_, &second_;
-  const PartNumbers parts_;
-  const PairSlack slack_;
 };
 
 /// A triangle or a bounded shape, and a plane or half-space.
-class FlatPair {
+class FlatPair : public PairOfParts {
  public:
   struct At {
     double t;
@@ -132,8 +135,7 @@ class FlatPair {
     double offset;
   };
 
-  FlatPair(const MovingBody& first, const MovingBody& second, const PartNumbers& parts)
-      : first_(first), second_(second), parts_(parts), slack_(first, second) {}
+  using PairOfParts::PairOfParts;
 
   At at(double t) const;
   TriangleGap gap(const At& at) const;
@@ -151,10 +153,6 @@ class FlatPair {
  private:
   fcl::Vector3d support(const At& at, const fcl::Vector3d& direction) const;
   double height(const At& at, const fcl::Vector3d& x) const;
-
-  const MovingBody &first_, &second_;
-  const PartNumbers parts_;
-  const PairSlack slack_;
 };
 
 /// The plane of a moving plane or half-space: normal * x = offset. On a straight path both change
