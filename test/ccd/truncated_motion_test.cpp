@@ -4,10 +4,8 @@
 
 #include "adaptive_bvh/continuous_collision.h"
 #include "support/long_mode.h"
-#include "support/random_geometry.h"
 #include "support/step_data.h"
-#include "support/swept_features.h"
-#include "support/test_mesh.h"
+#include "support/swept_surface_test.h"
 
 namespace adaptive_bvh_test {
 namespace truncated_motion_test {
@@ -41,10 +39,12 @@ double kept(const std::vector<Vector3<S>>& start, const std::vector<Vector3<S>>&
 }
 
 template <typename S>
-class TruncatedMotion : public testing::Test {
+class TruncatedMotion : public SweptSurfaceTest<S> {
  protected:
-  using Mesh = DeformableMesh<S>;
-  using Points = std::vector<Vector3<S>>;
+  using SweptSurfaceTest<S>::random_;
+  using typename SweptSurfaceTest<S>::World;
+
+  TruncatedMotion() : SweptSurfaceTest<S>(61) {}
 
   /// A crumpled sheet, a tube, or triangles that share nothing.
   TriangleMesh<S> mesh(int kind) {
@@ -64,48 +64,16 @@ class TruncatedMotion : public testing::Test {
     }
     return mesh;
   }
-  Points moved(const Points& from, S size) {
-    Points to = from;
-    const Vector3<S> together = random_.point() * size;
-    for (auto& x : to)
-      if (!random_.oneIn(5)) x += together + random_.point() * size * S(0.5);
-    return to;
+  /// All pairs of one mesh.
+  void expectApart(const World& world) {
+    SweptSurfaceTest<S>::expectApart(world, [](const SweptFeatures::Pair&) { return false; });
   }
-  static void append(const Points& points, const fcl::Transform3<S>& tf, std::vector<P>& world) {
-    for (const auto& x : points)
-      world.push_back(tf.template cast<double>() * P(x.template cast<double>()));
-  }
-  /// A surface of one or two meshes in the world.
-  struct World {
-    std::vector<P> start, end;
-    std::vector<fcl::Triangle> triangles;
-
-    void add(const TriangleMesh<S>& mesh, const Points& to, const fcl::Transform3<S>& tf) {
-      const std::size_t first = start.size();
-      append(mesh.vertices, tf, start);
-      append(to, tf, end);
-      for (const fcl::Triangle& t : mesh.triangles)
-        triangles.emplace_back(first + t[0], first + t[1], first + t[2]);
-    }
-  };
-  /// Requires that all pairs stay apart that are apart at the start. `of_both`: how many vertices
-  /// the first mesh has if only pairs of two meshes count.
-  void expectApart(const World& world, std::size_t of_both = 0) {
-    const SweptFeatures features(world.start, world.end, world.triangles);
-    features.forEachPair(0, [&](const SweptFeatures::Pair& pair) {
-      const auto side = [&](std::size_t i) { return pair.corners[i] < of_both; };
-      if (of_both && side(0) == side(3)) return;
-      if (!features.areApartAtStart(pair)) {
-        ++touching_;
-        return;
-      }
-      ++near_;
-      ASSERT_TRUE(features.areApartAllTheWay(pair));
+  /// Pairs of two meshes, of which the first has so many vertices.
+  void expectApart(const World& world, std::size_t of_first) {
+    SweptSurfaceTest<S>::expectApart(world, [&](const SweptFeatures::Pair& pair) {
+      return (pair.corners[0] < of_first) == (pair.corners[3] < of_first);
     });
   }
-
-  RandomGeometry<S> random_{61};
-  long near_ = 0, touching_ = 0;
 };
 
 TYPED_TEST_SUITE(TruncatedMotion, MeshScalars);
@@ -125,7 +93,7 @@ TYPED_TEST(TruncatedMotion, OfOneMeshStaysApart) {
     ASSERT_EQ(end.size(), shares.size());
     for (const double share : shares) ASSERT_TRUE(share >= 0 && share <= 1);
     typename TestFixture::World world;
-    world.add(mesh, truncated(mesh.vertices, end, shares), still);
+    world.add(mesh, mesh.vertices, truncated(mesh.vertices, end, shares), still);
     this->expectApart(world);
   }
   EXPECT_GT(this->near_, 2000);
@@ -144,8 +112,8 @@ TYPED_TEST(TruncatedMotion, OfTwoMeshesStaysApart) {
     truncateMotion(Motion<S>(first, a.vertices, a_end, tf, tf),
                    Motion<S>(second, b.vertices, b_end), 0, of_a, of_b);
     typename TestFixture::World world;
-    world.add(a, truncated(a.vertices, a_end, of_a), tf);
-    world.add(b, truncated(b.vertices, b_end, of_b), fcl::Transform3<S>::Identity());
+    world.add(a, a.vertices, truncated(a.vertices, a_end, of_a), tf);
+    world.add(b, b.vertices, truncated(b.vertices, b_end, of_b), fcl::Transform3<S>::Identity());
     this->expectApart(world, a.vertices.size());
   }
   EXPECT_GT(this->near_, 2000);

@@ -7,10 +7,8 @@
 
 #include "support/falling_cloth.h"
 #include "support/long_mode.h"
-#include "support/random_geometry.h"
 #include "support/step_data.h"
-#include "support/swept_features.h"
-#include "support/test_mesh.h"
+#include "support/swept_surface_test.h"
 
 namespace adaptive_bvh_test {
 namespace trust_region_test {
@@ -22,9 +20,12 @@ using adaptive_bvh::TrustRegionRequest;
 using P = Eigen::Vector3d;
 
 template <typename S>
-class TrustRegionTest : public testing::Test {
+class TrustRegionTest : public SweptSurfaceTest<S> {
  protected:
-  using Points = std::vector<Vector3<S>>;
+  using SweptSurfaceTest<S>::random_;
+  using typename SweptSurfaceTest<S>::World;
+
+  TrustRegionTest() : SweptSurfaceTest<S>(71) {}
 
   TriangleMesh<S> crumpled(int kind) {
     TriangleMesh<S> mesh = kind == 0   ? plate<S>(7, 6)
@@ -34,46 +35,12 @@ class TrustRegionTest : public testing::Test {
       for (auto& x : mesh.vertices) x += random_.point() * S(0.08);
     return mesh;
   }
-  Points moved(const Points& from, S size) {
-    Points to = from;
-    const Vector3<S> together = random_.point() * size;
-    for (auto& x : to)
-      if (!random_.oneIn(5)) x += together + random_.point() * size * S(0.5);
-    return to;
-  }
-
-  /// Vertices of the mesh, then those of an obstacle, in the world.
-  struct World {
-    std::vector<P> start, end;
-    std::vector<fcl::Triangle> triangles;
-
-    void add(const TriangleMesh<S>& mesh, const Points& from, const Points& to,
-             const fcl::Transform3<S>& tf) {
-      const std::size_t first = start.size();
-      for (const auto& x : from)
-        start.push_back(tf.template cast<double>() * P(x.template cast<double>()));
-      for (const auto& x : to)
-        end.push_back(tf.template cast<double>() * P(x.template cast<double>()));
-      for (const fcl::Triangle& t : mesh.triangles)
-        triangles.emplace_back(first + t[0], first + t[1], first + t[2]);
-    }
-  };
   /// All pairs but those within the obstacle, whose vertices begin at `obstacle`.
   void expectApart(const World& world, std::size_t obstacle) {
-    const SweptFeatures features(world.start, world.end, world.triangles);
-    features.forEachPair(0, [&](const SweptFeatures::Pair& pair) {
-      if (pair.corners[0] >= obstacle && pair.corners[3] >= obstacle) return;
-      if (!features.areApartAtStart(pair)) {
-        ++touching_;
-        return;
-      }
-      ++near_;
-      ASSERT_TRUE(features.areApartAllTheWay(pair));
+    SweptSurfaceTest<S>::expectApart(world, [&](const SweptFeatures::Pair& pair) {
+      return pair.corners[0] >= obstacle && pair.corners[3] >= obstacle;
     });
   }
-
-  RandomGeometry<S> random_{71};
-  long near_ = 0, touching_ = 0;
 };
 
 TYPED_TEST_SUITE(TrustRegionTest, MeshScalars);
