@@ -13,6 +13,7 @@
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/scene.h"
 #include "median.h"
+#include "round_grids.h"
 #include "stopwatch.h"
 
 namespace {
@@ -23,6 +24,8 @@ using adaptive_bvh::DeformableMeshd;
 using adaptive_bvh::FramePath;
 using adaptive_bvh::MotionClearance;
 using adaptive_bvh::Scened;
+using adaptive_bvh_bench::around;
+using adaptive_bvh_bench::ball;
 using adaptive_bvh_bench::median;
 using adaptive_bvh_bench::milliseconds;
 using Mesh = adaptive_bvh::TriangleMesh<double>;
@@ -36,28 +39,6 @@ void require(bool holds, const char* what) {
   failed = true;
 }
 
-/// A grid around an axis: place(u, v) for u in [0, 1) around, v in [0, 1] along.
-template <typename Place>
-Mesh around(int columns, int rows, const Place& place) {
-  Mesh mesh;
-  for (int j = 0; j <= rows; ++j)
-    for (int i = 0; i < columns; ++i)
-      mesh.vertices.push_back(place(double(i) / columns, double(j) / rows));
-  const auto at = [&](int i, int j) { return std::size_t(j * columns + i % columns); };
-  for (int j = 0; j < rows; ++j)
-    for (int i = 0; i < columns; ++i) {
-      mesh.triangles.emplace_back(at(i, j), at(i + 1, j), at(i + 1, j + 1));
-      mesh.triangles.emplace_back(at(i, j), at(i + 1, j + 1), at(i, j + 1));
-    }
-  return mesh;
-}
-Mesh ball(int columns, int rows, double radius, const Point& at) {
-  return around(columns, rows, [&](double u, double v) -> Point {
-    const double polar = M_PI * (0.01 + 0.98 * v), angle = 2 * M_PI * u;
-    return at + radius * Point(std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle),
-                               std::cos(polar));
-  });
-}
 Mesh hoseAt(double time) {
   return around(20, 500, [&](double u, double v) -> Point {
     const double angle = 2 * M_PI * u;

@@ -19,6 +19,7 @@
 #include "base/task_pool.h"
 #include "fcl_support.h"
 #include "median.h"
+#include "round_grids.h"
 #include "stopwatch.h"
 #ifdef ADAPTIVE_BVH_HAS_EMBREE
 #include "contact_judge.h"
@@ -30,6 +31,8 @@ namespace {
 using adaptive_bvh::BodyId;
 using adaptive_bvh::DeformableMeshd;
 using adaptive_bvh::Scened;
+using adaptive_bvh_bench::around;
+using adaptive_bvh_bench::ball;
 using adaptive_bvh_bench::median;
 using adaptive_bvh_bench::milliseconds;
 using Mesh = adaptive_bvh::TriangleMesh<double>;
@@ -42,30 +45,6 @@ void require(bool holds, const char* what) {
   if (holds) return;
   std::printf("WRONG: %s\n", what);
   failed = true;
-}
-
-/// A grid around an axis, closed at both ends: place(u, v) for u in [0, 1) around, v in [0, 1]
-/// along.
-template <typename Place>
-Mesh around(int columns, int rows, const Place& place) {
-  Mesh mesh;
-  for (int j = 0; j <= rows; ++j)
-    for (int i = 0; i < columns; ++i)
-      mesh.vertices.push_back(place(double(i) / columns, double(j) / rows));
-  const auto at = [&](int i, int j) { return std::size_t(j * columns + i % columns); };
-  for (int j = 0; j < rows; ++j)
-    for (int i = 0; i < columns; ++i) {
-      mesh.triangles.emplace_back(at(i, j), at(i + 1, j), at(i + 1, j + 1));
-      mesh.triangles.emplace_back(at(i, j), at(i + 1, j + 1), at(i, j + 1));
-    }
-  return mesh;
-}
-Mesh ball(int columns, int rows, double radius, const Point& at) {
-  return around(columns, rows, [&](double u, double v) -> Point {
-    const double polar = M_PI * (0.01 + 0.98 * v), angle = 2 * M_PI * u;
-    return at + radius * Point(std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle),
-                               std::cos(polar));
-  });
 }
 
 std::shared_ptr<FclModel> fclModel(const Mesh& mesh) {
