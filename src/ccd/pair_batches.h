@@ -6,7 +6,7 @@
 namespace adaptive_bvh {
 
 /// A visitor of FeatureFinder that collects pairs in batches. It passes them to the class derived
-/// from it, four at a time in single precision, then those that remain one by one.
+/// from it, four at a time in single precision, then the others one by one.
 ///
 ///   tests.decided<kNumFirst>(four)  a bit for each of four MovingPairs4 that needs no further test
 ///   tests.test<kNumFirst>(ref, k)   called for each of the others, the k-th of these four

@@ -44,8 +44,8 @@ class SweptSurfaceTest : public testing::Test {
         triangles.emplace_back(first + t[0], first + t[1], first + t[2]);
     }
   };
-  /// Requires that all pairs stay apart that are apart at the start. leavesOut(pair): those that do
-  /// not count.
+  /// Requires that all pairs stay apart that are apart at the start. leavesOut(pair): whether a
+  /// pair does not count.
   template <typename LeavesOut>
   void expectApart(const World& world, const LeavesOut& leavesOut) {
     const SweptFeatures features(world.start, world.end, world.triangles);

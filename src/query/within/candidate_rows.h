@@ -84,14 +84,14 @@ class CandidateRows {
   /// Adds the pairs of ids of a search that are not candidates yet, with the reserve kUnknown.
   /// After an exception, further calls are possible.
   void merge(const std::vector<FeaturePair>& found, std::size_t num_first, std::size_t num_second);
-  /// Makes the pairs of ids of a search the candidates. Those that are candidates of `last` keep
-  /// their pairs and reserves; `dropped` gets those that were not found and have pairs.
+  /// Replaces the candidates by the pairs of ids of a search. Candidates of `last` keep their pairs
+  /// and reserves; `dropped` gets the candidates with pairs that the search has not found.
   /// `has_reserves`: whether reserves are needed.
   void assign(const std::vector<FeaturePair>& found, std::size_t num_first, std::size_t num_second,
               const CandidateRows& last, bool has_reserves, std::vector<Dropped>& dropped);
   /// Removes a candidate of a row. The last one of the row takes its place.
   void erase(unsigned number, unsigned at);
-  /// Takes as much memory as other rows have: those that are filled in turns with these.
+  /// Allocates as much memory as `other` has. For two lists that are filled in turns.
   void reserveAs(const CandidateRows& other);
   /// Sets all reserves to kUnknown; from now on they are needed.
   void forgetReserves();

@@ -19,8 +19,8 @@ struct VertexMotion {
 
   double limit = 0, soon = 0;  ///< the motion that calls for a search; that which takes part in it
   std::size_t vertices = 0;    ///< how many there are
-  std::size_t beyond = 0;      ///< those that have moved by more than the limit
-  std::size_t moved = 0;       ///< those that have moved by more than `soon`
+  std::size_t beyond = 0;      ///< vertices that have moved by more than the limit
+  std::size_t moved = 0;       ///< vertices that have moved by more than `soon`
   double most = 0;             ///< largest motion of the others, rounded up
   double largest = 0;          ///< largest motion of all, rounded up
   double sum = 0;              ///< sum of the motions, jumps left out
@@ -52,7 +52,7 @@ class SearchedVertices {
       squares += motion.squaredNorm();
     }
   }
-  /// Adds the motion of each vertex. Appends those that have moved by more than result.soon.
+  /// Adds the motion of each vertex. Appends vertices that have moved by more than result.soon.
   template <typename ToFirst>
   void measure(const MeshState& mesh, const ToFirst& to_first, const fcl::Vector3d& translation,
                VertexMotion& result, std::vector<unsigned>& moved) const {
