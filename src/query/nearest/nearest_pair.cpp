@@ -28,6 +28,14 @@ VertexIndices verticesOf(const PlacedMesh& mesh, const WideNode& leaf, int i) {
   return verticesOf(cornersOf(mesh, leaf, i));
 }
 
+/// Sets the corners of a leaf's triangles, in the mesh's frame.
+void setCorners(const PlacedMesh& mesh, const WideNode& leaf, TiedCorners& to) {
+  for (int k = 0; k < int(leaf.count); ++k) {
+    const VertexIndices v = verticesOf(mesh, leaf, k);
+    for (std::size_t c = 0; c < 3; ++c) to.set(c, k, mesh.mesh.vertices[v[c]]);
+  }
+}
+
 }  // namespace
 
 NearestPair::NearestPair(const PlacedMesh& first, const PlacedMesh& second,
@@ -148,18 +156,25 @@ void NearestPair::test(unsigned pairs, const TriangleBlock& block, double unit, 
   if (tied && !isDone()) testTied(tied, tested, leaf1, leaf2);
 }
 
-/// Calls notApart(bit) for each pair of two leaves that is separated by the limit neither along the
-/// line nor along a direction of TiedTriangles::apartNear, until the search is over.
+/// Calls notApart(bit) for each pair of two leaves that is not separated by the limit along a
+/// direction of TiedTriangles::Along, until the search is over.
 template <typename NotApart>
 void NearestPair::separate(unsigned pairs, const WideNode& leaf1, const WideNode& leaf2,
-                           const NotApart& notApart) const {
+                           const NotApart& notApart) {
+  if (!tied_leaves_) {
+    tied_leaves_.emplace();
+    for (TiedLeaves& leaves : **tied_leaves_) leaves.clear();
+  }
   const TiedTriangles tied(
-      triangles_, pairs, [&](int i) { return verticesOf(first_, leaf1, i); },
-      [&](int j) { return verticesOf(second_, leaf2, j); });
-  pairs &= ~tied.apartAlong(triangles_.direction(), limitWithinRounding(), pairs);
+      (**tied_leaves_)[0].of(leaf1, [&](TiedCorners& to) { setCorners(first_, leaf1, to); }),
+      (**tied_leaves_)[1].of(leaf2, [&](TiedCorners& to) {
+        setCorners(second_, leaf2, to);
+        to.place(to_first_);
+      }));
   while (pairs && !isDone()) {
     const int bit = __builtin_ctz(pairs);
-    const unsigned apart = tied.apartNear(bit, limitWithinRounding(), pairs);
+    const unsigned apart = tied.apartNear(bit, limitWithinRounding(), pairs, triangles_.direction(),
+                                          preferred_direction_);
     if (!(apart >> bit & 1)) notApart(bit);
     pairs &= ~(apart | 1u << bit);
   }

@@ -1,9 +1,13 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <optional>
 
+#include "base/leased.h"
 #include "query/nearest/local_boxes.h"
+#include "query/nearest/tied_triangles.h"
 #include "query/nearest/triangle_separation.h"
 #include "query/placed_mesh.h"
 #include "triangles/triangle_block.h"
@@ -84,7 +88,7 @@ class NearestPair {
   void improve(const TriangleGap& gap, int triangle1, int triangle2);
   template <typename NotApart>
   void separate(unsigned pairs, const WideNode& leaf1, const WideNode& leaf2,
-                const NotApart& notApart) const;
+                const NotApart& notApart);
   void testTied(unsigned pairs, int tested, const WideNode& leaf1, const WideNode& leaf2);
   void testPair(int bit, const WideNode& leaf1, const WideNode& leaf2);
 
@@ -104,6 +108,8 @@ class NearestPair {
   bool is_refined_ = true;
   double enough_ = 0;  ///< a distance that ends the search
   bool improved_ = false, mostly_tied_ = false;
+  std::optional<Leased<std::array<TiedLeaves, 2>>> tied_leaves_;           ///< of both meshes
+  TiedTriangles::Along preferred_direction_ = TiedTriangles::Along::Line;  ///< of tied pairs
   long triangle_tests_ = 0;
 };
 

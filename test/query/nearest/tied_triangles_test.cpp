@@ -1,5 +1,5 @@
 // TiedTriangles against the distances of all pairs of triangles in long double.
-#include "query/nearest/triangle_separation.h"
+#include "query/nearest/tied_triangles.h"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,9 @@ namespace adaptive_bvh_test {
 namespace tied_triangles_test {
 
 using adaptive_bvh::RelativePlacement;
+using adaptive_bvh::TiedCorners;
 using adaptive_bvh::TiedTriangles;
-using adaptive_bvh::TriangleSeparation;
-using adaptive_bvh::VertexIndices;
+using Along = TiedTriangles::Along;
 using exact::Real;
 using P = fcl::Vector3d;
 
@@ -23,14 +23,37 @@ constexpr unsigned kAll = 0xffff;
 struct Leaves {
   std::vector<P> a, b;
   RelativePlacement to_first;
+  TiedCorners corners_of_a, corners_of_b;
 
-  static VertexIndices verticesOf(int i) {
-    const auto first = unsigned(3 * i);
-    return {first, first + 1, first + 2};
+  /// Valid until the next call for these leaves.
+  TiedTriangles tied() {
+    const auto set = [](const std::vector<P>& corners, TiedCorners& to) {
+      for (std::size_t i = 0; i < corners.size(); ++i) to.set(i % 3, int(i / 3), corners[i]);
+    };
+    set(a, corners_of_a);
+    set(b, corners_of_b);
+    corners_of_b.place(to_first);
+    return {corners_of_a, corners_of_b};
   }
-  TiedTriangles tied(unsigned pairs = kAll) const {
-    const TriangleSeparation triangles(a.data(), b.data(), to_first);
-    return {triangles, pairs, verticesOf, verticesOf};
+  /// TiedTriangles::apartNear, with any kind of direction first. The pair itself must be found
+  /// apart or not whichever that is.
+  static unsigned apartNear(const TiedTriangles& tied, int bit, double limit, unsigned pairs) {
+    unsigned any = 0;
+    for (const Along kind :
+         {Along::Line, Along::FirstNormal, Along::SecondNormal, Along::Centroids}) {
+      Along preferred = kind;
+      const unsigned apart = tied.apartNear(bit, limit, pairs, P::Zero(), preferred);
+      if (kind != Along::Line) {
+        EXPECT_EQ(any >> bit & 1, apart >> bit & 1);
+      }
+      any |= apart;
+      Along again = preferred;
+      if (apart >> bit & 1) {
+        tied.apartNear(bit, limit, pairs, P::Zero(), again);
+        EXPECT_EQ(preferred, again);
+      }
+    }
+    return any;
   }
   Real distance(int bit) const {
     const auto of = [](const std::vector<P>& v, int i) -> exact::Triangle {
@@ -78,16 +101,16 @@ class TiedTrianglesTest : public testing::Test {
 TEST_F(TiedTrianglesTest, WhatIsApartIsNotNearerThanTheLimit) {
   long reported = 0;
   for (int round = 0; round < 4000; ++round) {
-    const Leaves pair = leaves();
+    Leaves pair = leaves();
     const auto pairs = unsigned(1 + random_.below(int(kAll)));
-    const TiedTriangles tied = pair.tied(pairs);
+    const TiedTriangles tied = pair.tied();
     for (int bit = 0; bit < 16; ++bit) {
       if (!(pairs >> bit & 1)) continue;
       const Real distance = pair.distance(bit);
       for (const double limit : {double(distance) / 2, double(distance) * (1 - 1e-9)}) {
         if (!(limit > 0)) continue;
         const unsigned apart =
-            tied.apartNear(bit, limit, pairs) |
+            Leaves::apartNear(tied, bit, limit, pairs) |
             tied.apartAlong(random_.vectorOfSize(random_.size(-9, 9)), limit, pairs);
         ASSERT_EQ(0u, apart & ~pairs) << round;
         for (int other = 0; other < 16; ++other) {
@@ -113,9 +136,9 @@ TEST_F(TiedTrianglesTest, ANormalSeparatesAllPairsOfParallelSheets) {
       }
     const TiedTriangles tied = sheets.tied();
     for (int bit = 0; bit < 16; ++bit) {
-      EXPECT_EQ(kAll, tied.apartNear(bit, 1, kAll)) << bit;
+      EXPECT_EQ(kAll, Leaves::apartNear(tied, bit, 1, kAll)) << bit;
       if (bit % 5 == 0) {  // one above the other
-        EXPECT_EQ(0u, tied.apartNear(bit, 1 + kEpsilon, kAll) >> bit & 1) << bit;
+        EXPECT_EQ(0u, Leaves::apartNear(tied, bit, 1 + kEpsilon, kAll) >> bit & 1) << bit;
       }
     }
     EXPECT_EQ(kAll, tied.apartAlong(P(0, 0, 1e9), 1, kAll));
@@ -134,8 +157,8 @@ TEST_F(TiedTrianglesTest, TheNormalsOfThePairAreTried) {
       Leaves leaves;
       leaves.a = first ? face : above;
       leaves.b = first ? above : face;
-      EXPECT_EQ(1u, leaves.tied(1).apartNear(0, 1, 1));
-      EXPECT_EQ(0u, leaves.tied(1).apartNear(0, 1.001, 1));
+      EXPECT_EQ(1u, Leaves::apartNear(leaves.tied(), 0, 1, 1));
+      EXPECT_EQ(0u, Leaves::apartNear(leaves.tied(), 0, 1.001, 1));
     }
   }
 }
@@ -150,7 +173,7 @@ TEST_F(TiedTrianglesTest, HoldForTrianglesOfHardlyAnyArea) {
       Leaves leaves;
       leaves.a = first ? thin : above;
       leaves.b = first ? above : thin;
-      EXPECT_EQ(0u, leaves.tied(1).apartNear(0, 1.00001, 1)) << height;
+      EXPECT_EQ(0u, Leaves::apartNear(leaves.tied(), 0, 1.00001, 1)) << height;
     }
   }
 }
