@@ -764,6 +764,20 @@ def update_threads(results):
     return markdown(["", "one thread", "two threads", "times faster"], rows)
 
 
+@block("update-bytes")
+def update_bytes(results):
+    rows = []
+    tables = [table for _, table in results.tables("update")]
+    if len(tables) < 8:
+        raise Missing("update")
+    for title, triangles, ours, copied, times in tables[7]:
+        read, written = re.fullmatch(r"(\d+) read \+ (\d+) written", title).groups()
+        cells = (float(ours), float(copied), float(times))
+        rows.append([count(triangles), read, written, *map(number, cells)])
+    header = ["triangles", "bytes read a triangle", "written", "update, ns a triangle"]
+    return markdown([*header, "copy of as many bytes", "times the copy"], rows, names=0)
+
+
 def build_cells(text):
     """'12.5 (0.98)': the time, and the share of FCL's."""
     time, share = re.match(r"([\d.]+) \(([\d.]+)\)", text).groups()
@@ -854,13 +868,13 @@ PEERS = ["ipctk", "coal", "fcl", "trimesh", "warp", "mujoco", "meshlib", "igl", 
 PEERS += ["vtk", "embreex", "fcpw", "drake"]
 
 
-def peer_rows(results, peer):
-    """The rows of one peer on one thread at the largest size, each beside ours on the same work.
-    Of a peer that has several ways, the fastest."""
+def peer_rows(results, peer, threads="1"):
+    """The rows of one peer on that many threads at the largest size, each beside ours on the same
+    work. Of a peer that has several ways, the fastest."""
     rows, ours = {}, {}
     for row in csv.DictReader(results.text("peers.csv").splitlines()):
         name, variant = re.fullmatch(r"(\w+)(?: \((.*)\))?", row["peer"]).groups()
-        if row["threads"] != "1" or not row["ms a step"] or row["scene"] == "empty call":
+        if row["threads"] != threads or not row["ms a step"] or row["scene"] == "empty call":
             continue
         row["variant"], work = variant, (row["question"], row["scene"])
         if name == "ours" and variant in (None, "one call", "beyond shared"):
@@ -886,6 +900,31 @@ def peer_table(peer, results):
         raise Missing("peers")
     header = ["", "triangles", f"{peer}, ms", "ours, ms", "takes times ours", "answers"]
     return markdown(header, rows)
+
+
+@block("peers-threads")
+def peers_threads(results):
+    """Of peers that a second thread makes at least a tenth faster."""
+    rows = []
+    for peer in PEERS:
+        one = {
+            (row["question"], row["scene"], row["size"]): (row, ours)
+            for row, ours in peer_rows(results, peer)
+        }
+        for row, ours in peer_rows(results, peer, "2"):
+            work = row["question"], row["scene"], row["size"]
+            if work not in one:
+                continue
+            both = [*one[work], row, ours]
+            times = [float(r["ms a step"]) for r in both]
+            if times[0] < 1.1 * times[2]:
+                continue
+            rows.append([peer, f"{work[0]}, {work[1]}", count(row["triangles"])])
+            rows[-1] += map(number, [*times, times[2] / times[3]])
+    if not rows:
+        raise Missing("peers")
+    header = ["", "", "triangles", "one thread, ms", "ours", "two threads, ms", "ours"]
+    return markdown([*header, "takes times ours"], rows, names=2)
 
 
 COUNTED = ["cases", "differ", "ours wrong", "theirs wrong", "fails"]

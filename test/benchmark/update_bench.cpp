@@ -1,5 +1,6 @@
 // Updates alone, of AdaptiveBVHModel and of DeformableMesh: against the floor of what memory
-// allows, of a few vertices against all, on several threads against one; and one against the other.
+// allows, of a few vertices against all, on several threads against one, against a copy of as many
+// bytes; and one against the other.
 // Everything interleaved in one process; medians of ratios.
 #include <cstdio>
 #include <functional>
@@ -9,6 +10,7 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/deformable_mesh.h"
 #include "adaptive_bvh/query.h"
+#include "deformable/mesh_state.h"
 #include "median.h"
 #include "scenarios.h"
 #include "stopwatch.h"
@@ -125,6 +127,52 @@ void meshes(int rounds, int largest) {
   }
 }
 
+/// The bytes that an update of all vertices of a mesh reads and writes, in as many passes as it
+/// has.
+struct Traffic {
+  explicit Traffic(const Mesh& mesh) {
+    const adaptive_bvh::MeshState& state = adaptive_bvh::stateOf(mesh);
+    const adaptive_bvh::VertexSlots& slots = state.tree.slots();
+    const std::size_t point = sizeof(state.vertices[0]), vertices = state.vertices.size(),
+                      position = sizeof(state.tree.positions()[0]),
+                      residual = sizeof(state.tree.residuals()[0]);
+    read += 2 * point * vertices;  // their box and displacements: the new and the old positions
+    read += point * vertices;      // the copy
+    written += point * vertices;
+    read += (sizeof(slots.vertices()[0]) + point) * slots.size();  // positions of the tree
+    written += (position + residual) * slots.size();
+    read += sizeof(slots.leafSlots()[0]) * slots.leaves() + position * slots.size();  // boxes
+    read += sizeof(adaptive_bvh::WideNode) * std::size_t(state.tree.size());
+    written += sizeof(adaptive_bvh::Boxes4) * std::size_t(state.tree.size());
+  }
+
+  std::size_t read = 0, written = 0;
+};
+
+/// An update of a mesh, and a copy that reads and writes as many bytes together.
+void bytes(int rounds, int largest) {
+  heading("update of a mesh and its bytes, helmet", "triangle", "update", "copy of as many bytes");
+  constexpr int kResolutions[] = {6, 14, 37};
+  constexpr int kFrames = 4;  // of the largest mesh, so that all fit in memory
+  for (int resolution : kResolutions) {
+    if (resolution > 3 * largest) break;
+    const scenarios::Body body = scenarios::helmet(resolution);
+    std::vector<Positions> frames;
+    for (int frame = 0; frame < kFrames; ++frame)
+      frames.push_back(body.positions(frame * body.frames() / kFrames));
+    Mesh mesh(body.mesh());
+    const Traffic traffic(mesh);
+    std::vector<char> from((traffic.read + traffic.written) / 2, 1), to = from;
+    const auto perTriangle = [&](std::size_t of_all) -> std::string {
+      return std::to_string((of_all + std::size_t(size(mesh)) / 2) / std::size_t(size(mesh)));
+    };
+    compare(
+        perTriangle(traffic.read) + " read + " + perTriangle(traffic.written) + " written",
+        size(mesh), rounds, frames.size(), [&](std::size_t i) { mesh.update(frames[i]); }, nothing,
+        [&](std::size_t) { std::copy(from.begin(), from.end(), to.begin()); }, nothing);
+  }
+}
+
 constexpr int kPokes[] = {1, 2, 4};
 
 /// The sheet of the local poke, and which of its vertices move where in each frame.
@@ -224,4 +272,5 @@ int main(int argc, char** argv) {
   meshes(rounds, largest);
   partial(rounds);
   threads(rounds, thread_count);
+  bytes(rounds, largest);
 }
