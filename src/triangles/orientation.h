@@ -236,16 +236,26 @@ inline int exactOrientation(const fcl::Vector3d& a, const fcl::Vector3d& b, cons
   return orientations::exactDeterminant(a, b, c, d, p, q, r).sign();
 }
 
-/// The exact sign of det(p - r, q - r) for points in the plane: 1 if p, q, r are counter-clockwise,
-/// 0 if they are collinear, else -1 ("orient2d" of Shewchuk 1997). The relative error of each
-/// product is 3 u, and their difference adds u of both: 4 u of `size` in total, less than 2^-50.
-inline int planarOrientation(double px, double py, double qx, double qy, double rx, double ry) {
-  const double left = (px - rx) * (qy - ry), right = (py - ry) * (qx - rx);
+namespace orientations {
+
+/// The sign of left - right, the determinant of two differences of points in the plane each, or 0
+/// if rounding could change it. The relative error of each product is 3 u, and their difference
+/// adds u of both: 4 u of `size` in total, less than 2^-50.
+inline int certainSign(double left, double right) {
   const double determinant = left - right, size = std::fabs(left) + std::fabs(right);
-  const bool is_in_range = size > 0x1p-900 && size < 0x1p1000;
-  if (is_in_range && std::fabs(determinant) > 0x1p-50 * size &&
-      isTaken(Shortcut::RoundedPredicates))
-    return determinant > 0 ? 1 : -1;
+  const bool is_certain = size > 0x1p-900 && size < 0x1p1000 &&
+                          std::fabs(determinant) > 0x1p-50 * size &&
+                          isTaken(Shortcut::RoundedPredicates);
+  return is_certain ? (determinant > 0) - (determinant < 0) : 0;
+}
+
+}  // namespace orientations
+
+/// The exact sign of det(p - r, q - r) for points in the plane: 1 if p, q, r are counter-clockwise,
+/// 0 if they are collinear, else -1 ("orient2d" of Shewchuk 1997).
+inline int planarOrientation(double px, double py, double qx, double qy, double rx, double ry) {
+  const int sign = orientations::certainSign((px - rx) * (qy - ry), (py - ry) * (qx - rx));
+  if (sign != 0) return sign;
   countExact(ExactDecision::PlanarOrientation);
   ExactSum sum;  // the products of the expanded determinant; rx ry cancels
   sum.add(px, qy, 1);

@@ -185,6 +185,34 @@ PointPair<double> TriangleIntersection::crossing() const {
   return edges_ == &a_ ? PointPair<double>{on_edge, on_face} : PointPair<double>{on_face, on_edge};
 }
 
+/// Whether u a b and u c d, given by their vectors from the corner u, certainly have only u in
+/// common: a plane through u is strictly between them. Its normal is the difference of their
+/// directions; whatever that is, the signs decide. Their error: u = 2^-53 of each component of x,
+/// of each product and of two sums, below 12.1 u of the product of the largest components.
+bool certainlyPart(const Vector& a, const Vector& b, const Vector& c, const Vector& d) {
+  const auto scaled = [](const Vector& x) -> Vector { return x * (1 / largest(x)); };
+  const Vector normal = scaled(scaled(a) + scaled(b)) - scaled(scaled(c) + scaled(d));
+  const auto isBeyond = [&](const Vector& x) -> bool {  // false for NaN
+    return orientations::isCertain(normal.dot(x), largest(normal) * largest(x));
+  };
+  return normal.dot(a) > 0 && normal.dot(b) > 0 && normal.dot(c) < 0 && normal.dot(d) < 0 &&
+         isBeyond(a) && isBeyond(b) && isBeyond(c) && isBeyond(d);
+}
+
+/// Whether a and b, given by their vectors from the edge's first end, certainly are on different
+/// sides of the edge `along` in a projection along a coordinate axis. Then triangles on this edge
+/// have nothing else in common, in one plane or not.
+bool certainlyAcross(const Vector& along, const Vector& a, const Vector& b) {
+  const auto side = [&](const Vector& x, int i, int j) -> int {
+    return orientations::certainSign(along[i] * x[j], along[j] * x[i]);
+  };
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    if (side(a, i, j) * side(b, i, j) < 0) return true;
+  }
+  return false;
+}
+
 /// One shared corner v, triangles v a b and v c d: their intersection is convex. A ray from v
 /// through another common point leaves one of the triangles first, through the side opposite to v.
 /// So they have another common point if and only if the segment a b intersects v c d, or c d
@@ -207,10 +235,17 @@ bool meetBeyondShared(const Triangle& p, const std::array<unsigned, 3>& of_p, co
   for (std::size_t i = 0; i < 3; ++i)
     if (of_q[i] != of_p[0] && of_q[i] != of_p[1] && of_q[i] != of_p[2]) own_q[num_q++] = i;
   if (num_shared == 0) return touch(p, q);
+  const Vector& u = p[shared[0]];
+  if (num_shared == 1 && num_q == 2 &&
+      certainlyPart(p[own_p[0]] - u, p[own_p[1]] - u, q[own_q[0]] - u, q[own_q[1]] - u))
+    return false;
+  if (num_shared == 2 && num_q == 1 &&
+      certainlyAcross(p[shared[1]] - u, p[own_p[0]] - u, q[own_q[0]] - u))
+    return false;
   if (axisAcross(p) == 3 || axisAcross(q) == 3) return false;
   if (num_shared == 3) return true;
   if (num_shared == 2) {
-    const Vector &u = p[shared[0]], &v = p[shared[1]], &a = p[own_p[0]], &b = q[own_q[0]];
+    const Vector &v = p[shared[1]], &a = p[own_p[0]], &b = q[own_q[0]];
     if (orientation(u, v, a, b) != 0) return false;
     for (int k = 0; k < 3; ++k)
       if (Projection(k).turn(u, v, a) * Projection(k).turn(u, v, b) > 0) return true;

@@ -147,7 +147,9 @@ void collideWithItself(const ContactMesh& mesh, NeighbourFilter filter, const Ig
   const ContactSink sink(mesh, mesh, query, true, &ignored);
   const FlatPatches flat(mesh.placed.tree(), mesh.placed.mesh.topology->contours);
   PairInput input(mesh.placed, filter);
-  if (filter == NeighbourFilter::SharedVertex && isTaken(Shortcut::FlatPatches)) input.flat = &flat;
+  const bool may_skip =
+      filter == NeighbourFilter::SharedVertex || filter == NeighbourFilter::BeyondShared;
+  if (may_skip && isTaken(Shortcut::FlatPatches)) input.flat = &flat;
   search(input, SameFrame(), sink);
 }
 
