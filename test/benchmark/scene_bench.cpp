@@ -13,6 +13,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/scene.h"
@@ -39,6 +40,7 @@ using Mesh = adaptive_bvh::TriangleMesh<double>;
 using Point = fcl::Vector3d;
 using Positions = std::vector<Point>;
 using FclModel = fcl::BVHModel<fcl::OBBRSSd>;
+using DropIn = adaptive_bvh::AdaptiveBVHModel<fcl::OBBRSSd>;
 
 bool failed = false;
 void require(bool holds, const char* what) {
@@ -290,9 +292,10 @@ class EmbreeCrowd {
 double crowd(int count, double side, int steps, bool with_peers) {
   const Crowd bodies(count, side);
   std::vector<std::shared_ptr<DeformableMeshd>> meshes;
-  std::vector<std::unique_ptr<fcl::CollisionObjectd>> objects, mesh_objects;
+  std::vector<std::unique_ptr<fcl::CollisionObjectd>> objects, mesh_objects, drop_in_objects;
   std::vector<std::shared_ptr<FclModel>> models;
-  fcl::DynamicAABBTreeCollisionManager<double> manager, mesh_manager;
+  std::vector<std::shared_ptr<DropIn>> drop_ins;
+  fcl::DynamicAABBTreeCollisionManager<double> manager, mesh_manager, drop_in_manager;
   Scened scene;
   for (std::size_t i = 0; i < bodies.rest.size(); ++i) {
     meshes.push_back(std::make_shared<DeformableMeshd>(bodies.rest[i]));
@@ -303,6 +306,10 @@ double crowd(int count, double side, int steps, bool with_peers) {
     mesh_objects.push_back(std::make_unique<fcl::CollisionObjectd>(meshes[i]));
     manager.registerObject(objects.back().get());
     mesh_manager.registerObject(mesh_objects.back().get());
+    drop_ins.push_back(std::make_shared<DropIn>());
+    adaptive_bvh::fillModel(bodies.rest[i], *drop_ins.back());
+    drop_in_objects.push_back(std::make_unique<fcl::CollisionObjectd>(drop_ins[i]));
+    drop_in_manager.registerObject(drop_in_objects.back().get());
   }
 #ifdef ADAPTIVE_BVH_HAS_EMBREE
   std::unique_ptr<EmbreeCrowd> embree;
@@ -311,8 +318,8 @@ double crowd(int count, double side, int steps, bool with_peers) {
   const double edge = 0.35;
   adaptive_bvh::SceneCollisions<double> contacts;
   adaptive_bvh::SceneTrianglePairs<double> near;
-  std::vector<double> updates, all, pairs_only, threads, of_fcl, fcl_pairs, within, by_manager,
-      of_embree;
+  std::vector<double> updates, all, pairs_only, threads, of_fcl, fcl_pairs, of_drop_in,
+      drop_in_pairs, within, by_manager, of_embree;
   const adaptive_bvh::TaskPool two(2);
   std::size_t touching = 0, num_contacts = 0, num_near = 0;
   FclContacts fcl_all;
@@ -383,6 +390,21 @@ double crowd(int count, double side, int steps, bool with_peers) {
     only.request = fcl::CollisionRequestd(1, false);
     fcl_pairs.push_back(refit + milliseconds([&] { manager.collide(&only, takeContacts); }));
     require(only.touching == touching, "pairs that touch by FCL");
+    FclContacts drop_in_all, drop_in_only;
+    drop_in_all.request = fcl_all.request;
+    drop_in_only.request = only.request;
+    refit = milliseconds([&] {
+      for (std::size_t i = 0; i < drop_ins.size(); ++i) {
+        drop_ins[i]->update(positions[i]);
+        drop_in_objects[i]->computeAABB();
+      }
+      drop_in_manager.update();
+    });
+    of_drop_in.push_back(
+        refit + milliseconds([&] { drop_in_manager.collide(&drop_in_all, takeContacts); }));
+    drop_in_pairs.push_back(
+        refit + milliseconds([&] { drop_in_manager.collide(&drop_in_only, takeContacts); }));
+    require(drop_in_only.touching == touching, "pairs that touch by the drop-in");
   }
   std::printf("\nCrowd of %d blobs of %zu triangles: %zu pairs touch, %zu contacts; ms a step\n",
               count, bodies.rest[0].triangles.size(), touching, num_contacts);
@@ -391,6 +413,8 @@ double crowd(int count, double side, int steps, bool with_peers) {
   if (with_peers) {
     print("FCL's manager, OBBRSS refitted top-down: all contacts", of_fcl, base);
     print("FCL's manager: pairs only", fcl_pairs, base);
+    print("FCL's manager, drop-in: all contacts", of_drop_in, base);
+    print("FCL's manager, drop-in: pairs only", drop_in_pairs, base);
   }
   print("Scene::collisions: all contacts", all, base);
   if (!with_peers) print("Scene::collisions: all contacts, two threads", threads, base);
