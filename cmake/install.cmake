@@ -1,4 +1,5 @@
-# Headers, libraries, find_package(adaptive_bvh [COMPONENTS mesh_io policy_json recording tuning]) and pkg-config.
+# Headers, libraries, find_package(adaptive_bvh [COMPONENTS mesh_io policy_json recording tuning]),
+# pkg-config (adaptive_bvh, adaptive_bvh_<component>), and what ROS 2 looks for.
 set(cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/adaptive_bvh)
 
 install(DIRECTORY include/adaptive_bvh DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
@@ -35,4 +36,25 @@ list(TRANSFORM alignment_definitions PREPEND " -D" OUTPUT_VARIABLE pc_definition
 list(JOIN pc_definitions "" pc_definitions)
 configure_file(cmake/adaptive_bvh.pc.in ${PROJECT_BINARY_DIR}/adaptive_bvh.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/adaptive_bvh.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+# A component has a file of its own, adaptive_bvh_<component>.pc. A static library names what it uses.
+set(pc_libs_mesh_io " -lassimp")
+set(pc_libs_tuning " -lpagmo -lboost_serialization -ltbb")
+set(pc_requires_tuning " adaptive_bvh_policy_json")
+foreach(component mesh_io policy_json recording tuning)
+  if(TARGET adaptive_bvh_${component})
+    set(pc_requires "adaptive_bvh${pc_requires_${component}}")
+    set(pc_libs)
+    get_target_property(type adaptive_bvh_${component} TYPE)
+    if(type STREQUAL "STATIC_LIBRARY")
+      set(pc_libs "${pc_libs_${component}}")
+    endif()
+    configure_file(cmake/component.pc.in ${PROJECT_BINARY_DIR}/adaptive_bvh_${component}.pc @ONLY)
+    install(FILES ${PROJECT_BINARY_DIR}/adaptive_bvh_${component}.pc
+      DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+  endif()
+endforeach()
 install(FILES package.xml LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/adaptive_bvh)
+# By this file ROS 2 finds the package in a workspace (ament's index of resources).
+file(WRITE ${PROJECT_BINARY_DIR}/ament/adaptive_bvh "")
+install(FILES ${PROJECT_BINARY_DIR}/ament/adaptive_bvh
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/ament_index/resource_index/packages)

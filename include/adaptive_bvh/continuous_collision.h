@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "adaptive_bvh/deformable_mesh.h"
@@ -42,13 +44,14 @@
 /// - if a pair names a feature that does not exist.
 namespace adaptive_bvh {
 
-/// Motion of a mesh between two frames. Refers to the mesh and to the positions, which must outlive
-/// it.
+/// Motion of a mesh between two frames. Refers to the mesh and to positions that are given as
+/// vectors or pointers; these must outlive it.
 template <typename S>
 struct Motion {
-  using Mesh = DeformableMesh<S>;        ///< the mesh that moves
-  using Point = fcl::Vector3<S>;         ///< x, y, z in the mesh's frame
-  using Transform = fcl::Transform3<S>;  ///< places the mesh in the world
+  using Mesh = DeformableMesh<S>;                       ///< the mesh that moves
+  using Point = fcl::Vector3<S>;                        ///< x, y, z in the mesh's frame
+  using Transform = fcl::Transform3<S>;                 ///< places the mesh in the world
+  using Positions = std::array<std::vector<Point>, 2>;  ///< at the start and at the end
 
   /// From mesh.previousVertices() to mesh.vertices(), as updateTwoFrames leaves them; from one
   /// transform to another.
@@ -62,6 +65,19 @@ struct Motion {
   Motion(const Mesh& moving, const std::vector<Point>& from, const std::vector<Point>& to,
          const Transform& from_tf = Transform::Identity(),
          const Transform& to_tf = Transform::Identity());
+  /// From matrices with a vertex a row or a column (PointArray): copies them.
+  template <typename From, typename To>
+  Motion(const Mesh& moving, const Eigen::MatrixBase<From>& from, const Eigen::MatrixBase<To>& to,
+         const Transform& from_tf = Transform::Identity(),
+         const Transform& to_tf = Transform::Identity())
+      : Motion(moving,
+               std::make_shared<const Positions>(
+                   Positions{detail::pointsOf<S>(from), detail::pointsOf<S>(to)}),
+               from_tf, to_tf) {}
+  /// Between positions at the start and at the end that this motion and its copies keep.
+  Motion(const Mesh& moving, std::shared_ptr<const Positions> from_and_to,
+         const Transform& from_tf = Transform::Identity(),
+         const Transform& to_tf = Transform::Identity());
   /// Deleted: temporary vectors would be destroyed before the query.
   Motion(const Mesh&, std::vector<Point>&&, const std::vector<Point>&,
          const Transform& = Transform::Identity(),
@@ -70,11 +86,12 @@ struct Motion {
          const Transform& = Transform::Identity(),
          const Transform& = Transform::Identity()) = delete;
 
-  const Mesh* mesh;    ///< the mesh whose triangles define the features
-  const Point* start;  ///< positions at t = 0, in the mesh's frame
-  const Point* end;    ///< positions at t = 1
-  Transform start_tf;  ///< of the mesh at t = 0
-  Transform end_tf;    ///< of the mesh at t = 1
+  const Mesh* mesh;                       ///< the mesh whose triangles define the features
+  const Point* start;                     ///< positions at t = 0, in the mesh's frame
+  const Point* end;                       ///< positions at t = 1
+  Transform start_tf;                     ///< of the mesh at t = 0
+  Transform end_tf;                       ///< of the mesh at t = 1
+  std::shared_ptr<const Positions> kept;  ///< positions that this motion owns; else null
 };
 
 /// Two features that come together.
@@ -160,8 +177,14 @@ double largestSafeStep(const Motion<S>& mesh, double separation = 0) {
 
 /// Computes for each vertex how far it may move from its start, in any direction, so that no
 /// features come together while all vertices keep within their bounds. Each bound is a length in
-/// the unit of the world, at most that of the vertex's motion; 0 if its features are together at
-/// the start. Suitable for solvers that move vertices one after the other.
+/// the unit of the world, at most that of the vertex's motion, also if nothing is near; 0 if its
+/// features are together at the start. Suitable for solvers that move vertices one after the other:
+///
+///     const double length = (wanted[v] - start[v]).norm();  // of the world's unit
+///     if (length > bound[v]) wanted[v] = start[v] + bound[v] / length * (wanted[v] - start[v]);
+///
+/// A proposal that is longer than the motion that was passed needs a new call: pass the longest
+/// that is of interest.
 template <typename S>
 void safeDisplacements(const Motion<S>& first, const Motion<S>& second, double separation,
                        std::vector<double>& of_first, std::vector<double>& of_second);

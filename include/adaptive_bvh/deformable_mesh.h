@@ -12,6 +12,7 @@
 #include <fcl/geometry/collision_geometry.h>
 
 #include "adaptive_bvh/mesh.h"
+#include "adaptive_bvh/point_array.h"
 
 namespace adaptive_bvh {
 
@@ -64,8 +65,9 @@ struct MeshUpdate {
 ///
 /// **FCL.** It is a fcl::CollisionGeometry: fcl::CollisionObject and FCL's broad-phase managers
 /// take it (broadphase.h), and adaptive_bvh::distance and collide (query.h), which have FCL's
-/// signatures. FCL's own distance and collide do not know the type: they print that they do not
-/// support it. Use AdaptiveBVHModel for them.
+/// signatures. FCL's own distance and collide do not know the type: they print a line on stderr;
+/// fcl::distance then returns the largest number (DBL_MAX) and fcl::collide no contact. Use
+/// AdaptiveBVHModel for them.
 ///
 /// S is float or double, the number type of what goes in and comes out. A mesh holds its positions
 /// in double precision, and every query computes in it. In single precision it holds them a second
@@ -146,22 +148,10 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
   /// matrix whose type does not state whether rows or columns are the vertices.
   template <typename Derived>
   const MeshUpdate& update(const Eigen::MatrixBase<Derived>& positions) {
-    static_assert(std::is_same<typename Derived::Scalar, S>::value,
-                  "adaptive_bvh: positions of another number type; pass positions.cast<S>()");
-    constexpr int kRows = Derived::RowsAtCompileTime, kColumns = Derived::ColsAtCompileTime;
-    const bool columns = kRows == 3 && kColumns != 3, rows = kColumns == 3 && kRows != 3;
-    const bool is_3xN = columns || (!rows && positions.rows() == 3 && positions.cols() != 3);
-    const bool is_Nx3 = rows || (!columns && positions.cols() == 3 && positions.rows() != 3);
-    if (!is_3xN && !is_Nx3) refuseShape(positions.rows(), positions.cols());
-    const Eigen::Ref<const Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic,
-                                         Derived::IsRowMajor ? Eigen::RowMajor : Eigen::ColMajor>,
-                     0, Eigen::OuterStride<>>
-        m(positions.derived());
-    const Eigen::Index outer = m.outerStride(), inner = 1;
-    const bool outer_is_row = Derived::IsRowMajor;
-    const Eigen::Index row = outer_is_row ? outer : inner, column = outer_is_row ? inner : outer;
-    return is_Nx3 ? updateStrided(m.data(), m.rows(), row, column)
-                  : updateStrided(m.data(), m.cols(), column, row);
+    return detail::withStrided<S>(
+        positions, [this](const detail::StridedPoints<S>& points) -> const MeshUpdate& {
+          return updateStrided(points, false);
+        });
   }
 
   /// Takes new positions of some vertices: positions[i] is that of vertex indices[i], in any order.
@@ -188,6 +178,14 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
   /// From a vector.
   const MeshUpdate& updateTwoFrames(const std::vector<Point>& positions) {
     return updateTwoFrames(positions.data(), positions.size());
+  }
+  /// From a matrix, as `update` takes it.
+  template <typename Derived>
+  const MeshUpdate& updateTwoFrames(const Eigen::MatrixBase<Derived>& positions) {
+    return detail::withStrided<S>(
+        positions, [this](const detail::StridedPoints<S>& points) -> const MeshUpdate& {
+          return updateStrided(points, true);
+        });
   }
 
   /// Report of the last update.
@@ -249,9 +247,7 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
   explicit DeformableMesh(std::unique_ptr<HeldMesh<S>> held);
   explicit DeformableMesh(std::istream& in);
   void setPrevious(std::vector<Point> positions);
-  const MeshUpdate& updateStrided(const S* data, Eigen::Index count, Eigen::Index stride,
-                                  Eigen::Index component);
-  [[noreturn]] void refuseShape(Eigen::Index rows, Eigen::Index columns) const;
+  const MeshUpdate& updateStrided(const detail::StridedPoints<S>& positions, bool two_frames);
   [[noreturn]] static void refuseMatrix(const char* what, Eigen::Index rows, Eigen::Index columns);
   [[noreturn]] static void refuseLengths(std::size_t indices, std::size_t positions);
 

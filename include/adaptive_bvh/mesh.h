@@ -6,6 +6,7 @@
 #include <fcl/math/bv/utility.h>  // BVH_model.h calls fit() without declaring it
 
 #include "adaptive_bvh/build_flags.h"
+#include "adaptive_bvh/point_array.h"
 
 namespace adaptive_bvh {
 
@@ -29,7 +30,7 @@ struct TriangleMesh {
 /// Defined for float and double. Every index must name a vertex. Throws std::invalid_argument if
 /// the tolerance is negative or not finite.
 template <typename S>
-void weldVertices(TriangleMesh<S>& mesh, S tolerance = 0);
+void weldVertices(TriangleMesh<S>& mesh, NonDeduced<S> tolerance = 0);
 
 /// Builds `model` (any fcl::BVHModel, adaptive or plain; new or used) from the mesh: beginModel,
 /// addSubModel, endModel. Vertex i of the mesh is vertex i of the model. Returns FCL's code.

@@ -80,7 +80,7 @@ struct VertexContacts {
 template <typename S>
 std::size_t vertexContacts(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
                            const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf,
-                           S margin, VertexContacts<S>& result);
+                           NonDeduced<S> margin, VertexContacts<S>& result);
 
 /// Finds the vertices of `mesh` near or inside a shape of FCL's: a sphere, capsule, box, cylinder,
 /// cone, ellipsoid, convex, plane or half-space. (If `other` is a DeformableMesh, the result is
@@ -91,15 +91,17 @@ std::size_t vertexContacts(const DeformableMesh<S>& mesh, const fcl::Transform3<
 template <typename S>
 std::size_t vertexContacts(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
                            const fcl::CollisionGeometry<S>& other,
-                           const fcl::Transform3<S>& other_tf, S margin, VertexContacts<S>& result);
+                           const fcl::Transform3<S>& other_tf, NonDeduced<S> margin,
+                           VertexContacts<S>& result);
 
 /// Finds the contacts of both meshes: the vertices of `first` with the body of `second`, and the
 /// vertices of `second` with the body of `first`. Both must be closed. The normals of either result
 /// point from the vertex's mesh to the other. Returns the number of all contacts.
 template <typename S>
 std::size_t vertexContacts(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-                           const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2, S margin,
-                           VertexContacts<S>& of_first, VertexContacts<S>& of_second);
+                           const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
+                           NonDeduced<S> margin, VertexContacts<S>& of_first,
+                           VertexContacts<S>& of_second);
 
 /// The body with the deepest point on its surface.
 enum class DeepBody {
@@ -147,7 +149,7 @@ struct SignedDistance {
 template <typename S>
 SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                                  const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
-                                 S tolerance);
+                                 NonDeduced<S> tolerance);
 
 /// Returns the signed distance of a closed mesh and a solid of FCL's: a sphere, capsule, box,
 /// cylinder, cone, ellipsoid, convex or half-space. (If `second` is a DeformableMesh, the result is
@@ -157,6 +159,6 @@ SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Tran
 template <typename S>
 SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                                  const fcl::CollisionGeometry<S>& second,
-                                 const fcl::Transform3<S>& tf2, S tolerance);
+                                 const fcl::Transform3<S>& tf2, NonDeduced<S> tolerance);
 
 }  // namespace adaptive_bvh

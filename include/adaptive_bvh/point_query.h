@@ -42,16 +42,17 @@ struct ClosestPoint {
 /// to single precision, it takes a pass over the vertices at most, up to 10^11 sizes; from there on
 /// all triangles of a face across the line count as equal, and each is tested.
 template <typename S>
-ClosestPoint<S> closestPoint(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& point);
+ClosestPoint<S> closestPoint(const DeformableMesh<S>& mesh,
+                             const NonDeduced<fcl::Vector3<S>>& point);
 
 /// Finds the nearest points of many points, in their order. `result` is overwritten; a reused
 /// result allocates nothing. Fastest if consecutive points are near each other.
 template <typename S>
 void closestPoints(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points, std::size_t count,
                    std::vector<ClosestPoint<S>>& result);
-/// From a vector.
+/// From a vector or a matrix.
 template <typename S>
-void closestPoints(const DeformableMesh<S>& mesh, const std::vector<fcl::Vector3<S>>& points,
+void closestPoints(const DeformableMesh<S>& mesh, const PointArray<NonDeduced<S>>& points,
                    std::vector<ClosestPoint<S>>& result) {
   closestPoints(mesh, points.data(), points.size(), result);
 }
@@ -84,11 +85,12 @@ struct ClosestFeature {
 /// `limit`. `result` is overwritten, and does not depend on the number of threads.
 template <typename S>
 void closestFeatures(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points,
-                     std::size_t count, S limit, std::vector<ClosestFeature<S>>& result);
-/// From a vector.
+                     std::size_t count, NonDeduced<S> limit,
+                     std::vector<ClosestFeature<S>>& result);
+/// From a vector or a matrix.
 template <typename S>
-void closestFeatures(const DeformableMesh<S>& mesh, const std::vector<fcl::Vector3<S>>& points,
-                     S limit, std::vector<ClosestFeature<S>>& result) {
+void closestFeatures(const DeformableMesh<S>& mesh, const PointArray<NonDeduced<S>>& points,
+                     NonDeduced<S> limit, std::vector<ClosestFeature<S>>& result) {
   closestFeatures(mesh, points.data(), points.size(), limit, result);
 }
 
@@ -100,9 +102,9 @@ void closestFeatures(const DeformableMesh<S>& mesh, const std::vector<fcl::Vecto
 template <typename S>
 void signedDistances(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points,
                      std::size_t count, std::vector<S>& result);
-/// From a vector.
+/// From a vector or a matrix.
 template <typename S>
-void signedDistances(const DeformableMesh<S>& mesh, const std::vector<fcl::Vector3<S>>& points,
+void signedDistances(const DeformableMesh<S>& mesh, const PointArray<NonDeduced<S>>& points,
                      std::vector<S>& result) {
   signedDistances(mesh, points.data(), points.size(), result);
 }
@@ -117,9 +119,9 @@ void signedDistances(const DeformableMesh<S>& mesh, const std::vector<fcl::Vecto
 template <typename S>
 void windingNumbers(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points, std::size_t count,
                     std::vector<S>& result);
-/// From a vector.
+/// From a vector or a matrix.
 template <typename S>
-void windingNumbers(const DeformableMesh<S>& mesh, const std::vector<fcl::Vector3<S>>& points,
+void windingNumbers(const DeformableMesh<S>& mesh, const PointArray<NonDeduced<S>>& points,
                     std::vector<S>& result) {
   windingNumbers(mesh, points.data(), points.size(), result);
 }
@@ -165,33 +167,35 @@ struct RayRange {
 /// exceeds the range of S. `result` is overwritten. Returns the number of hits. Also throws
 /// std::invalid_argument if the range is NaN, begins below 0, or ends before it begins.
 template <typename S>
-std::size_t rayHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
-                    const fcl::Vector3<S>& direction, const RayRange<S>& range,
-                    std::vector<RayHit<S>>& result);
+std::size_t rayHits(const DeformableMesh<S>& mesh, const NonDeduced<fcl::Vector3<S>>& origin,
+                    const NonDeduced<fcl::Vector3<S>>& direction,
+                    const NonDeduced<RayRange<S>>& range, std::vector<RayHit<S>>& result);
 /// On the whole ray.
 template <typename S>
-std::size_t rayHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
-                    const fcl::Vector3<S>& direction, std::vector<RayHit<S>>& result) {
+std::size_t rayHits(const DeformableMesh<S>& mesh, const NonDeduced<fcl::Vector3<S>>& origin,
+                    const NonDeduced<fcl::Vector3<S>>& direction, std::vector<RayHit<S>>& result) {
   return rayHits(mesh, origin, direction, RayRange<S>(), result);
 }
 
 /// Returns the first hit of rayHits.
 template <typename S>
-RayHit<S> firstHit(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
-                   const fcl::Vector3<S>& direction, const RayRange<S>& range = RayRange<S>());
+RayHit<S> firstHit(const DeformableMesh<S>& mesh, const NonDeduced<fcl::Vector3<S>>& origin,
+                   const NonDeduced<fcl::Vector3<S>>& direction,
+                   const NonDeduced<RayRange<S>>& range = RayRange<S>());
 
 /// Whether a ray hits any triangle (occlusion). Stops at the first triangle found.
 template <typename S>
-bool anyHit(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
-            const fcl::Vector3<S>& direction, const RayRange<S>& range = RayRange<S>());
+bool anyHit(const DeformableMesh<S>& mesh, const NonDeduced<fcl::Vector3<S>>& origin,
+            const NonDeduced<fcl::Vector3<S>>& direction,
+            const NonDeduced<RayRange<S>>& range = RayRange<S>());
 
 /// Finds the first hit of each of many rays, in their order, with one range for all. Faster than
 /// single calls, because several rays are processed in turn. `result` is overwritten; a reused
 /// result allocates nothing on one thread.
 template <typename S>
 void firstHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* origins,
-               const fcl::Vector3<S>* directions, std::size_t count, const RayRange<S>& range,
-               std::vector<RayHit<S>>& result);
+               const fcl::Vector3<S>* directions, std::size_t count,
+               const NonDeduced<RayRange<S>>& range, std::vector<RayHit<S>>& result);
 /// On the whole rays.
 template <typename S>
 void firstHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* origins,
@@ -199,19 +203,47 @@ void firstHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* origins,
                std::vector<RayHit<S>>& result) {
   firstHits(mesh, origins, directions, count, RayRange<S>(), result);
 }
+/// From vectors or matrices, one direction for each origin.
+template <typename S>
+void firstHits(const DeformableMesh<S>& mesh, const PointArray<NonDeduced<S>>& origins,
+               const PointArray<NonDeduced<S>>& directions, const NonDeduced<RayRange<S>>& range,
+               std::vector<RayHit<S>>& result) {
+  firstHits(mesh, origins.data(), directions.data(),
+            detail::commonSize(origins.size(), directions.size()), range, result);
+}
+/// On the whole rays.
+template <typename S>
+void firstHits(const DeformableMesh<S>& mesh, const PointArray<NonDeduced<S>>& origins,
+               const PointArray<NonDeduced<S>>& directions, std::vector<RayHit<S>>& result) {
+  firstHits(mesh, origins, directions, RayRange<S>(), result);
+}
 
 /// Finds for each of many rays, in their order, whether it hits any triangle: 1 if it does, else 0.
 /// Otherwise like firstHits.
 template <typename S>
 void anyHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* origins,
-             const fcl::Vector3<S>* directions, std::size_t count, const RayRange<S>& range,
-             std::vector<std::uint8_t>& result);
+             const fcl::Vector3<S>* directions, std::size_t count,
+             const NonDeduced<RayRange<S>>& range, std::vector<std::uint8_t>& result);
 /// On the whole rays.
 template <typename S>
 void anyHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* origins,
              const fcl::Vector3<S>* directions, std::size_t count,
              std::vector<std::uint8_t>& result) {
   anyHits(mesh, origins, directions, count, RayRange<S>(), result);
+}
+/// From vectors or matrices, one direction for each origin.
+template <typename S>
+void anyHits(const DeformableMesh<S>& mesh, const PointArray<NonDeduced<S>>& origins,
+             const PointArray<NonDeduced<S>>& directions, const NonDeduced<RayRange<S>>& range,
+             std::vector<std::uint8_t>& result) {
+  anyHits(mesh, origins.data(), directions.data(),
+          detail::commonSize(origins.size(), directions.size()), range, result);
+}
+/// On the whole rays.
+template <typename S>
+void anyHits(const DeformableMesh<S>& mesh, const PointArray<NonDeduced<S>>& origins,
+             const PointArray<NonDeduced<S>>& directions, std::vector<std::uint8_t>& result) {
+  anyHits(mesh, origins, directions, RayRange<S>(), result);
 }
 
 }  // namespace adaptive_bvh

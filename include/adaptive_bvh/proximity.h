@@ -39,8 +39,8 @@ namespace adaptive_bvh {
 /// otherwise throws std::invalid_argument, which names an open edge.
 template <typename S>
 bool isNearer(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-              const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2, S distance,
-              bool solid = false);
+              const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
+              NonDeduced<S> distance, bool solid = false);
 
 /// Whether a shape of FCL's is at most `distance` away from a mesh, or touches it: a sphere,
 /// capsule, box, cylinder, cone, ellipsoid, convex, plane or half-space. std::invalid_argument on
@@ -48,8 +48,8 @@ bool isNearer(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
 /// mesh, which must be closed.
 template <typename S>
 bool isNearer(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf1,
-              const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2, S distance,
-              bool solid = false);
+              const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2,
+              NonDeduced<S> distance, bool solid = false);
 
 /// `isNearer` for one pair of meshes, called step after step. Keeps a lower bound of their
 /// distance. There is no search while this bound, less the motion since, exceeds d. While the
@@ -145,7 +145,7 @@ std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transf
 template <typename S>
 std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                                const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
-                               S distance, FeaturePairs& result);
+                               NonDeduced<S> distance, FeaturePairs& result);
 
 /// The pairs of one mesh with itself, without features that have a vertex in common.
 template <typename S>
@@ -153,7 +153,8 @@ std::size_t featurePairsWithin(const DeformableMesh<S>& mesh,
                                const FeatureProximityRequest<S>& request, FeaturePairs& result);
 /// With nothing to leave out.
 template <typename S>
-std::size_t featurePairsWithin(const DeformableMesh<S>& mesh, S distance, FeaturePairs& result);
+std::size_t featurePairsWithin(const DeformableMesh<S>& mesh, NonDeduced<S> distance,
+                               FeaturePairs& result);
 
 /// Computes distance, nearest points, their coordinates and the normal of each of the given pairs
 /// of features, which need not come from featurePairsWithin. `result` is overwritten; a reused
@@ -174,8 +175,8 @@ void featurePairDetails(const DeformableMesh<S>& mesh, const FeaturePairs& pairs
 /// overwritten with mesh.vertices().size() numbers.
 template <typename S>
 void clearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
-               const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf, S limit,
-               std::vector<S>& result);
+               const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf,
+               NonDeduced<S> limit, std::vector<S>& result);
 
 /// Computes `clearance` with a negative sign for vertices inside of `other`, down to -`limit`. A
 /// vertex is inside if the winding number of the surface around it, counted along a ray, is not 0.
@@ -184,8 +185,8 @@ void clearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
 /// names an edge.
 template <typename S>
 void signedClearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
-                     const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf, S limit,
-                     std::vector<S>& result);
+                     const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf,
+                     NonDeduced<S> limit, std::vector<S>& result);
 
 /// In single precision.
 using CoherentProximityf = CoherentProximity<float>;

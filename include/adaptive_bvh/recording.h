@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <iosfwd>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -87,6 +88,8 @@ struct FrameResults {
   std::vector<Arrows> arrows;                ///< vectors at points
   std::vector<Segments> segments;            ///< pairs of points beside nearest_points
   std::vector<TrianglePatches> patches;      ///< at most one a body
+  std::map<std::string, double> series;      ///< numbers by label, charted (addToSeries)
+  std::optional<double> time;                ///< of the frame, e.g. that of a simulation
   std::string note;                          ///< shown with the frame
 
   FrameResults() = default;
@@ -180,6 +183,12 @@ struct FrameResults {
     patches.push_back(std::move(added));
     return *this;
   }
+  /// A number of the program's own, such as an energy. The page charts all numbers of a label over
+  /// the frames, or over their times.
+  FrameResults& addToSeries(const std::string& label, double value) {
+    series[label] = value;
+    return *this;
+  }
   /// How long updates and queries of this frame took, in milliseconds.
   FrameResults& addTimes(double of_updates, double of_queries) {
     update_ms = of_updates;
@@ -200,6 +209,10 @@ struct RecordingOptions {
   int deeper_refits = 100;
   double frames_per_second = 25;              ///< at which the page plays
   fcl::Vector3d up = fcl::Vector3d::UnitZ();  ///< which way is up in the world
+  std::string time_unit = "s";                ///< of FrameResults::time
+  /// The clearances with the first and with the last colour, which the page can change. By default
+  /// the least and the largest of the run.
+  std::optional<std::array<double, 2>> clearance_range;
 };
 
 /// Records frames of a run and writes them as a page.
@@ -231,7 +244,8 @@ struct RecordingOptions {
 class Recording {
  public:
   /// Throws std::invalid_argument when `up` is zero or not finite, `frames_per_second` is not
-  /// positive, `volume_depth` exceeds 20, or `deeper_refits` is negative.
+  /// positive, `volume_depth` exceeds 20, `deeper_refits` is negative, or `clearance_range` is not
+  /// finite.
   explicit Recording(const RecordingOptions& options = RecordingOptions());
   ~Recording();
   /// The moved-from object can only be destroyed or assigned to.

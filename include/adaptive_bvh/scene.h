@@ -317,8 +317,13 @@ class Scene {
 
   /// Returns the nearest pair. Keeps it as the start of the next call.
   SceneDistance<S> distance();
+  /// Of a const scene, such as a snapshot that threads share: starts from the pair that was kept
+  /// last, here or in the scene of the snapshot, and keeps none.
+  SceneDistance<S> distance() const;
   /// Returns the body nearest to `body`. Keeps it as the start of the next call.
   SceneDistance<S> nearest(BodyId body);
+  /// Of a const scene: keeps nothing.
+  SceneDistance<S> nearest(BodyId body) const;
   /// Finds the k bodies nearest to `body`, by increasing distance, then id; fewer if there are
   /// fewer.
   void nearest(BodyId body, std::size_t k, std::vector<SceneDistance<S>>& result) const;
@@ -382,6 +387,17 @@ class Scene {
   void firstHits(const fcl::Vector3<S>* origins, const fcl::Vector3<S>* directions,
                  std::size_t count, std::vector<SceneRayHit<S>>& result) const {
     firstHits(origins, directions, count, RayRange<S>(), result);
+  }
+  /// From vectors or matrices, one direction for each origin.
+  void firstHits(const PointArray<S>& origins, const PointArray<S>& directions,
+                 const RayRange<S>& range, std::vector<SceneRayHit<S>>& result) const {
+    firstHits(origins.data(), directions.data(),
+              detail::commonSize(origins.size(), directions.size()), range, result);
+  }
+  /// On the whole rays.
+  void firstHits(const PointArray<S>& origins, const PointArray<S>& directions,
+                 std::vector<SceneRayHit<S>>& result) const {
+    firstHits(origins, directions, RayRange<S>(), result);
   }
 
  private:

@@ -999,6 +999,8 @@ class Recording:
         unit: str = "",
         frames_per_second: float = 25.0,
         up: _Array = (0, 0, 1),
+        time_unit: str = "s",
+        clearance_range: Union[_Array, None] = None,
     ) -> None: ...
     def add(
         self, body: Union[DeformableMesh, Shape, _HasMesh], tf: _Pose = None, *, name: str = ""
@@ -1019,6 +1021,8 @@ class Recording:
         arrows: Union[Mapping[str, _Arrows], None] = None,
         segments: Union[Mapping[str, _Array], None] = None,
         patches: Union[Mapping[int, _Patches], None] = None,
+        series: Union[Mapping[str, float], None] = None,
+        time: Union[float, None] = None,
         note: str = "",
     ) -> None: ...
     def write(self, path: _Path) -> None: ...

@@ -153,11 +153,19 @@ class Recording(getattr(_core, "_Recording", _Missing)):
     __module__ = "adaptive_bvh"
     __slots__ = ()
 
-    def __init__(self, *, title="A run", unit="", frames_per_second=25.0, up=(0, 0, 1)):
+    def __init__(self, *, title="A run", unit="", frames_per_second=25.0, up=(0, 0, 1),
+                 time_unit="s", clearance_range=None):
         """title: of the page. unit: of lengths, shown after them, such as 'mm'.
         frames_per_second: at which the page plays. up: (3,), which way is up in the world.
+        time_unit: of frame(time=...). clearance_range: the clearances with the first and with the
+            last colour, (2,), which the page can change; None: the least and the largest of the
+            run.
         """
-        super().__init__(title, unit, frames_per_second, up)
+        if clearance_range is not None:
+            clearance_range = _array(clearance_range, "clearance_range")
+            if clearance_range.shape != (2,):
+                raise ValueError(f"clearance_range has the shape {clearance_range.shape}; (2,) is needed")
+        super().__init__(title, unit, frames_per_second, up, time_unit, clearance_range)
 
     def add(self, body, tf=None, *, name=""):
         """Adds a body, placed by a pose, from the next frame on. Returns its number: 0, 1, ...
@@ -206,7 +214,7 @@ class Recording(getattr(_core, "_Recording", _Missing)):
 
     def frame(self, distance=None, contacts=None, *, update_ms=None, query_ms=None,
               nearest_points=None, clearance=None, arrows=None, segments=None, patches=None,
-              note=""):
+              series=None, time=None, note=""):
         """Records the bodies as they are now, with what was computed. All arguments may be left
         out. Points and vectors are in the world, lengths in the bodies' unit.
 
@@ -228,6 +236,10 @@ class Recording(getattr(_core, "_Recording", _Missing)):
             of its own; (ContactPatches, ids) with ContactTracker.ids, by which a region keeps its
             colour; or (triangles, numbers), (K,) indices and the number of a patch for each. Equal
             numbers get equal colours.
+        series: a dict from a label, such as 'energy, J', to a number. The page charts the numbers
+            of each label.
+        time: of the frame, in time_unit. If all frames have one, and it increases, it is the axis
+            of the charts.
         note: shown with the frame.
 
         TypeError, ValueError or IndexError on other objects, wrong shapes, numbers that are not
@@ -244,6 +256,10 @@ class Recording(getattr(_core, "_Recording", _Missing)):
             results.update_ms = _finite(update_ms, "update_ms")
         if query_ms is not None:
             results.query_ms = _finite(query_ms, "query_ms")
+        if time is not None:
+            results.time = _finite(time, "time")
+        for label, number in _entries(series):
+            results.add_to_series(_label(label, "series"), _finite(number, f"series[{label!r}]"))
         if nearest_points is not None:
             results.add_nearest_points(_array(nearest_points, "nearest_points", 2, 3))
         for body, values in _entries(clearance):

@@ -1,8 +1,10 @@
 #include "adaptive_bvh/recording.h"
 
+#include <array>
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -207,6 +209,8 @@ void bindFrameResults(py::module_& module) {
       .def_readwrite("update_ms", &R::update_ms)
       .def_readwrite("query_ms", &R::query_ms)
       .def_readwrite("note", &R::note)
+      .def_readwrite("time", &R::time)
+      .def("add_to_series", &R::addToSeries)
       .def("add_nearest_points",
            [](R& r, const Numbers& pairs) { append(pairs, r.nearest_points); })
       .def("add_contacts",
@@ -238,13 +242,16 @@ void bindRecording(py::module_& module) {
   using R = LockedRecording;
   py::class_<R>(module, "_Recording", py::custom_type_setup(&collectGarbage<R>))
       .def(py::init([](const std::string& title, const std::string& unit, double frames_per_second,
-                       const py::object& up) {
+                       const py::object& up, const std::string& time_unit,
+                       const std::optional<std::array<double, 2>>& clearance_range) {
         RecordingOptions options;
         options.title = title;
         options.unit = unit;
         options.volume_depth = -1;  // a DeformableMesh has none
         options.frames_per_second = frames_per_second;
         options.up = pointFrom(up, "up");
+        options.time_unit = time_unit;
+        options.clearance_range = clearance_range;
         return std::make_unique<R>(options);
       }))
       .def("add", &R::addMesh)

@@ -207,3 +207,24 @@ def test_results_that_were_written_to_are_refused(balls):
     with pytest.raises(TypeError):
         recording.frame(ab.SceneDistance.__new__(ab.SceneDistance))
     assert recording.num_frames == 0
+
+
+def test_series_times_and_the_range_of_colours(balls):
+    recording = ab.Recording(unit="m", time_unit="ms", clearance_range=(0, 0.25))
+    recording.add(balls[1], name="ball")
+    recording.frame(series={"energy, J": 2.5, "contacts": 3}, time=0.125)
+    recording.frame(time=0.25)
+    page = Page(recording.html())
+    assert page.run["timeUnit"] == "ms" and page.run["clearanceRange"] == [0, 0.25]
+    assert page.frame(0)["series"] == {"energy, J": 2.5, "contacts": 3}
+    assert [page.frame(f)["time"] for f in (0, 1)] == [0.125, 0.25]
+    assert "series" not in page.frame(1)
+    with pytest.raises(ValueError, match="energy"):
+        recording.frame(series={"energy": np.nan})
+    with pytest.raises(TypeError):
+        recording.frame(series={"energy": "2"})
+    with pytest.raises(TypeError):
+        recording.frame(series={3: 2.0})
+    with pytest.raises(ValueError, match="clearance_range"):
+        ab.Recording(clearance_range=(0, 1, 2))
+    assert recording.num_frames == 2

@@ -109,6 +109,13 @@ Motion<S>::Motion(const Mesh& moving, const std::vector<Point>& from, const std:
 }
 
 template <typename S>
+Motion<S>::Motion(const Mesh& moving, std::shared_ptr<const Positions> from_and_to,
+                  const Transform& from_tf, const Transform& to_tf)
+    : Motion(moving, from_and_to->front(), from_and_to->back(), from_tf, to_tf) {
+  kept = std::move(from_and_to);
+}
+
+template <typename S>
 void candidates(const Motion<S>& first, const Motion<S>& second, double separation,
                 FeaturePairs& pairs) {
   withQuery(first, &second, separation,

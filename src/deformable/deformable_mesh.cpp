@@ -7,6 +7,24 @@
 
 // The calls of DeformableMesh except save and load. Builds and updates are in mesh_step.cpp.
 namespace adaptive_bvh {
+
+void detail::refusePointMatrix(Eigen::Index rows, Eigen::Index columns) {
+  throw std::invalid_argument(
+      "adaptive_bvh: points are a " + std::to_string(rows) + " x " + std::to_string(columns) +
+      " matrix; " +
+      (rows == 3 && columns == 3
+           ? "only its type can state whether its rows or its columns are the points: pass an "
+             "Eigen::Matrix<S, 3, Eigen::Dynamic> or an Eigen::Matrix<S, Eigen::Dynamic, 3>"
+           : "3 x N or N x 3 is needed"));
+}
+
+std::size_t detail::commonSize(std::size_t first, std::size_t second) {
+  if (first != second)
+    throw std::invalid_argument("adaptive_bvh: " + std::to_string(first) + " points and " +
+                                std::to_string(second) + " directions");
+  return first;
+}
+
 namespace {
 
 /// The range of triangles below each node, as indices in the order of the leaves.
@@ -100,6 +118,12 @@ void requireCount(std::size_t count, std::size_t vertices) {
                                 " positions given for " + std::to_string(vertices) + " vertices");
 }
 
+template <typename S>
+detail::StridedPoints<S> sideBySide(const fcl::Vector3<S>* points, std::size_t count) {
+  static_assert(sizeof(fcl::Vector3<S>) == 3 * sizeof(S), "points lie side by side");
+  return {reinterpret_cast<const S*>(points), static_cast<Eigen::Index>(count), 3, 1};
+}
+
 // The positions in single precision that a single-precision mesh keeps for the user (HeldMesh).
 void setUserPrevious(const HeldMesh<double>&, const std::vector<fcl::Vector3d>&) {}
 void setUserPrevious(HeldMesh<float>& mesh, std::vector<fcl::Vector3f> positions) {
@@ -170,17 +194,16 @@ const std::vector<fcl::Triangle>& DeformableMesh<S>::triangles() const {
 
 template <typename S>
 const MeshUpdate& DeformableMesh<S>::update(const Point* positions, std::size_t count) {
-  static_assert(sizeof(Point) == 3 * sizeof(S), "points lie side by side");
-  return updateStrided(reinterpret_cast<const S*>(positions), static_cast<Eigen::Index>(count), 3,
-                       1);
+  return updateStrided(sideBySide(positions, count), false);
 }
 
 template <typename S>
-const MeshUpdate& DeformableMesh<S>::updateStrided(const S* data, Eigen::Index count,
-                                                   Eigen::Index stride, Eigen::Index component) {
-  requireCount(static_cast<std::size_t>(count), held_->state().vertices.size());
-  StepMemory memory(*held_, UpdateKind::All);
-  takeStep<S>(*held_, *this, {data, stride, component}, false, memory);
+const MeshUpdate& DeformableMesh<S>::updateStrided(const detail::StridedPoints<S>& positions,
+                                                   bool two_frames) {
+  requireCount(static_cast<std::size_t>(positions.count), held_->state().vertices.size());
+  StepMemory memory(*held_, two_frames ? UpdateKind::TwoFrames : UpdateKind::All);
+  takeStep<S>(*held_, *this, {positions.data, positions.point, positions.component}, two_frames,
+              memory);
   return held_->state().report;
 }
 
@@ -193,10 +216,7 @@ const MeshUpdate& DeformableMesh<S>::update(const unsigned* indices, const Point
 
 template <typename S>
 const MeshUpdate& DeformableMesh<S>::updateTwoFrames(const Point* positions, std::size_t count) {
-  requireCount(count, held_->state().vertices.size());
-  StepMemory memory(*held_, UpdateKind::TwoFrames);
-  takeStep<S>(*held_, *this, {reinterpret_cast<const S*>(positions)}, true, memory);
-  return held_->state().report;
+  return updateStrided(sideBySide(positions, count), true);
 }
 
 template <typename S>
@@ -233,18 +253,6 @@ std::size_t DeformableMesh<S>::bytes() const {
   return sizeof(*this) + sizeof(*held_) + held_->state().topology->bytes() +
          size(held_->state().vertices) + size(held_->state().previous) +
          held_->state().tree.bytes() + held_->state().moved.bytes() + userBytes(*held_);
-}
-
-template <typename S>
-void DeformableMesh<S>::refuseShape(Eigen::Index rows, Eigen::Index columns) const {
-  throw std::invalid_argument(
-      "DeformableMesh: the positions are a " + std::to_string(rows) + " x " +
-      std::to_string(columns) + " matrix; " +
-      (rows == 3 && columns == 3
-           ? "only its type can state whether its rows or its columns are the vertices: pass an "
-             "Eigen::Matrix<S, 3, Eigen::Dynamic> or an Eigen::Matrix<S, Eigen::Dynamic, 3>"
-           : "3 x N or N x 3 is needed, for " + std::to_string(held_->state().vertices.size()) +
-                 " vertices"));
 }
 
 template <typename S>

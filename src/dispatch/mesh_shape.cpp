@@ -23,8 +23,8 @@ bool isNearer(const PlacedMesh& mesh, const PlacedSolid& shape, const ShapeCore&
 
 template <typename S>
 bool isNearer(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf1,
-              const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2, S distance,
-              bool solid) {
+              const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2,
+              NonDeduced<S> distance, bool solid) {
   requireDistance(distance);
   requireRigid(tf1);
   requireRigid(tf2);

@@ -50,7 +50,7 @@ void findVertexContacts(const PlacedMesh& mesh, const ShapeSolid& shape,
 template <typename S>
 std::size_t vertexContacts(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
                            const fcl::CollisionGeometry<S>& other,
-                           const fcl::Transform3<S>& other_tf, S margin,
+                           const fcl::Transform3<S>& other_tf, NonDeduced<S> margin,
                            VertexContacts<S>& result) {
   if (const auto* other_mesh = dynamic_cast<const DeformableMesh<S>*>(&other))
     return vertexContacts(mesh, tf, *other_mesh, other_tf, margin, result);

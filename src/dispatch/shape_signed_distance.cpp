@@ -266,7 +266,7 @@ class MeshAndShape {
 template <typename S>
 SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                                  const fcl::CollisionGeometry<S>& second,
-                                 const fcl::Transform3<S>& tf2, S tolerance) {
+                                 const fcl::Transform3<S>& tf2, NonDeduced<S> tolerance) {
   if (const auto* mesh = dynamic_cast<const DeformableMesh<S>*>(&second))
     return signedDistance(first, tf1, *mesh, tf2, tolerance);
   requireTolerance(tolerance);

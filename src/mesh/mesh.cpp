@@ -116,7 +116,7 @@ class KeptVertices {
 
 /// Goes through the vertices in order, and moves those that are kept to the front of the array.
 template <typename S>
-void weldVertices(TriangleMesh<S>& mesh, S tolerance) {
+void weldVertices(TriangleMesh<S>& mesh, NonDeduced<S> tolerance) {
   if (!(tolerance >= 0) || !std::isfinite(tolerance))
     throw std::invalid_argument("weldVertices: the tolerance must be finite, and not negative");
   KeptVertices<S> kept_vertices(tolerance, mesh.vertices.size());

@@ -243,6 +243,9 @@ json resultsOf(const FrameResults& results, Blob& blob) {
   for (const Segments& segments : results.segments)
     frame["segments"].push_back(
         {{"label", segments.label}, {"blocks", appendPairs(segments.pairs, blob)}});
+  for (const auto& [label, value] : results.series)
+    if (std::isfinite(value)) frame["series"][label] = value;
+  set("time", results.time);
   if (!results.note.empty()) frame["note"] = results.note;
   return frame;
 }
@@ -316,10 +319,12 @@ std::string Recording::State::runAsJson() const {
   json run = {{"format", 1},
               {"title", options.title},
               {"unit", options.unit},
+              {"timeUnit", options.time_unit},
               {"volumeDepth", options.volume_depth},
               {"framesPerSecond", options.frames_per_second},
               {"up", asJson(options.up)},
               {"dataBytes", blob.size()}};
+  if (options.clearance_range) run["clearanceRange"] = *options.clearance_range;
   for (const RecordedBody& body : bodies) run["bodies"].push_back(body.description);
   std::string text = textOf(run);
   text.pop_back();  // the closing brace, to add a member
@@ -334,6 +339,8 @@ Recording::Recording(const RecordingOptions& options) : state_(std::make_unique<
   if (options.volume_depth > kMaxVolumeDepth)
     refuse("Recording", "volume_depth is at most " + std::to_string(kMaxVolumeDepth));
   if (options.deeper_refits < 0) refuse("Recording", "deeper_refits is negative");
+  for (const double end : options.clearance_range.value_or(std::array<double, 2>{}))
+    if (!std::isfinite(end)) refuse("Recording", "clearance_range is not finite");
   state_->options = options;
 }
 

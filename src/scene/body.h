@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include "adaptive_bvh/scene.h"
@@ -45,6 +44,13 @@ class BodyGeometry {
   const fcl::CollisionGeometryd* double_ = nullptr;
 };
 
+/// A distance that was found: the answer while nothing changes (SceneState::epoch), and later a
+/// witness, the bodies and elements where the next search starts.
+struct KeptDistance {
+  SceneDistance<double> found = {};
+  std::uint64_t epoch = 0;  ///< when it was the answer
+};
+
 /// A body of a scene, with its bounds of the last update.
 struct Body {
   BodyId id;
@@ -60,12 +66,7 @@ struct Body {
   bool has_current_bounds = false;               ///< whether the bounds of a mesh are those of `tf`
   std::uint64_t mesh_version = 0;                ///< MeshState::version of the bounds
 
-  /// Witness cache: the body that Scene::nearest found last, and the nearest elements of both.
-  struct Witness {
-    bool exists = false;
-    BodyId other = 0;
-    std::array<int, 2> elements = {-1, -1};
-  } witness = {};
+  KeptDistance nearest = {};  ///< what Scene::nearest found last
 
   bool isMesh() const { return geometry.isMesh(); }
   const MeshState& mesh() const { return geometry.mesh(); }

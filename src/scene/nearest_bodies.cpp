@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/leased.h"
+#include "base/shortcut.h"
 #include "dispatch/contained.h"
 #include "dispatch/pairs.h"
 #include "dispatch/shape_search.h"
@@ -70,25 +71,38 @@ bool hasNearLeaf(const Body& mesh, const WorldBox& box, double distance) {
 
 }  // namespace
 
-SceneState::Distance SceneState::nearest(BodyId body) {
+bool SceneState::isAnswer(const KeptDistance& kept) const {
+  return isTaken(Shortcut::Coherence) && kept.epoch == epoch && !filter;
+}
+
+void SceneState::keepNearest(BodyId body, const Distance& found) {
+  if (found.exists()) bodies[indexOf(body)].nearest = {found, epoch};
+}
+
+void SceneState::keepDistance(const Distance& found) {
+  if (found.exists()) nearest_pair = {found, epoch};
+}
+
+SceneState::Distance SceneState::nearest(BodyId body) const {
   requireCurrent();
-  Body& first = bodies[indexOf(body)];
+  const Body& first = bodies[indexOf(body)];
+  if (isAnswer(first.nearest)) return first.nearest.found;
   Distance best;
   const auto tryBody = [&](const Body& other, const std::array<int, 2>& witness) {
     if (&other != &first && admits(first, other)) improve(first, other, witness, best);
   };
-  const Body::Witness& last = first.witness;
-  const bool has_witness = last.exists && contains(last.other);
-  if (has_witness) tryBody(bodies[indexOf(last.other)], last.elements);
+  const Distance last = first.nearest.found;  // a copy: a filter may run a search that is kept
+  const BodyId last_other = last.bodies.second;
+  const bool has_witness = last.exists() && contains(last_other);
+  if (has_witness) tryBody(bodies[indexOf(last_other)], last.elements);
   const auto tryOthers = [&](const Body& other) {
     const double limit = slack(best.distance);
-    const bool is_tried = has_witness && other.id == last.other;
+    const bool is_tried = has_witness && other.id == last_other;
     const bool is_far = first.isMesh() && !hasNearLeaf(first, other.box, limit);
     if (!is_tried && !is_far) tryBody(other, {-1, -1});
     return slack(best.distance);
   };
   visitByDistance(first.box, tryOthers);
-  if (best.exists()) first.witness = {true, best.bodies.second, best.elements};
   return best;
 }
 
@@ -116,10 +130,11 @@ void SceneState::nearest(BodyId body, std::size_t k, std::vector<Distance>& resu
   visitByDistance(first.box, tryBody);
 }
 
-SceneState::Distance SceneState::distance() {
+SceneState::Distance SceneState::distance() const {
   requireCurrent();
+  if (isAnswer(nearest_pair)) return nearest_pair.found;
   Distance best;
-  const Distance last = last_nearest;  // a copy, because a filter may call this function
+  const Distance last = nearest_pair.found;  // a copy: a filter may run a search that is kept
   if (last.exists() && contains(last.bodies.first) && contains(last.bodies.second)) {
     const Body &a = bodies[indexOf(last.bodies.first)], &b = bodies[indexOf(last.bodies.second)];
     if (admits(a, b)) improve(a, b, last.elements, best);
@@ -147,7 +162,6 @@ SceneState::Distance SceneState::distance() {
     if (c.gap > slack(best.distance)) break;
     improve(bodies[c.pair.first], bodies[c.pair.second], {-1, -1}, best);
   }
-  last_nearest = best;
   return best;
 }
 

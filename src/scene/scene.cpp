@@ -270,12 +270,32 @@ bool Scene<S>::isNearer(S distance) const {
 template <typename S>
 SceneDistance<S> Scene<S>::distance() {
   SceneDistance<S> result;
+  answerInDouble(result, [&](SceneDistance<double>& found) {
+    found = state_->scene.distance();
+    state_->scene.keepDistance(found);
+  });
+  return result;
+}
+
+template <typename S>
+SceneDistance<S> Scene<S>::distance() const {
+  SceneDistance<S> result;
   answerInDouble(result, [&](SceneDistance<double>& found) { found = state_->scene.distance(); });
   return result;
 }
 
 template <typename S>
 SceneDistance<S> Scene<S>::nearest(BodyId body) {
+  SceneDistance<S> result;
+  answerInDouble(result, [&](SceneDistance<double>& found) {
+    found = state_->scene.nearest(body);
+    state_->scene.keepNearest(body, found);
+  });
+  return result;
+}
+
+template <typename S>
+SceneDistance<S> Scene<S>::nearest(BodyId body) const {
   SceneDistance<S> result;
   answerInDouble(result,
                  [&](SceneDistance<double>& found) { found = state_->scene.nearest(body); });

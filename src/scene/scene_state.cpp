@@ -34,11 +34,18 @@ bool SceneState::contains(BodyId id) const {
   return found != bodies.end() && found->id == id;
 }
 
+bool SceneState::isAsUpdated() const {
+  return is_current && std::all_of(bodies.begin(), bodies.end(), [](const Body& body) {
+           return !body.isMesh() || body.mesh().version == body.mesh_version;
+         });
+}
+
+bool SceneState::hasVersionsOnly() const {
+  return std::all_of(bodies.begin(), bodies.end(), [](const Body& body) { return body.isMesh(); });
+}
+
 void SceneState::requireCurrent() const {
-  bool is_same = is_current;
-  for (const Body& body : bodies)
-    is_same = is_same && (!body.isMesh() || body.mesh().version == body.mesh_version);
-  if (!is_same)
+  if (!isAsUpdated())
     throw std::logic_error(
         "adaptive_bvh: the scene has changed since its last update; call Scene::update before "
         "queries");
@@ -50,9 +57,13 @@ constexpr std::size_t kParallelBodies = 64;
 void SceneState::setChanged() {
   static std::atomic<std::uint64_t> last{0};
   version = last.fetch_add(1, std::memory_order_relaxed) + 1;
+  ++epoch;
 }
 
 void SceneState::update() {
+  const bool has_versions = hasVersionsOnly();
+  if (has_versions && isAsUpdated()) return;
+  if (!has_versions) ++epoch;
   for (const Body& body : bodies)
     if (body.isMesh() && body.mesh().version != body.mesh_version) {
       setChanged();

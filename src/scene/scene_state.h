@@ -34,15 +34,22 @@ struct SceneState {
   BodyTree tree;                             ///< its body i is in_tree[i]
   std::vector<WorldBox> boxes;               ///< of the bodies in the tree
 
-  Distance last_nearest;  ///< witness cache: the pair that `distance` found last
+  /// Grows with every change that may change an answer. Shapes and octrees may change in place, so
+  /// each update of a scene that has some counts.
+  std::uint64_t epoch = 1;
+  KeptDistance nearest_pair;  ///< what `distance` found last
 
   /// The index of a body in `bodies`. Throws std::invalid_argument if there is no such body.
   std::size_t indexOf(BodyId id) const;
   bool contains(BodyId id) const;
   /// Throws std::logic_error if bodies, transforms or meshes have changed since the last update.
   void requireCurrent() const;
+  /// Whether the geometry is that of the last update, as far as versions of meshes tell.
+  bool isAsUpdated() const;
+  /// Whether all bodies are meshes, whose changes are known.
+  bool hasVersionsOnly() const;
   void update();      ///< computes the bounds of all bodies, and the tree
-  void setChanged();  ///< gives the state a new version
+  void setChanged();  ///< gives the state a new version, and begins an epoch
 
   // ---- Which pairs count
 
@@ -88,8 +95,13 @@ struct SceneState {
   void vertexContacts(double margin, SceneVertexContacts<double>& result) const;
   bool isNearer(double distance) const;
 
-  Distance distance();
-  Distance nearest(BodyId body);
+  Distance distance() const;
+  Distance nearest(BodyId body) const;
+  /// Whether a kept distance is the answer now. A filter may change its mind at any time.
+  bool isAnswer(const KeptDistance& kept) const;
+  /// Keeps an answer of `distance` or `nearest` as the start of the next search.
+  void keepDistance(const Distance& found);
+  void keepNearest(BodyId body, const Distance& found);
   void nearest(BodyId body, std::size_t k, std::vector<Distance>& result) const;
   ScenePoint<double> nearestPoint(const fcl::Vector3d& point) const;
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
@@ -304,6 +305,28 @@ TEST(PageRecording, ResultsAreThoseGiven) {
   EXPECT_EQ(page.run["frames"][1]["bodies"][0]["pose"][11], -3);
   EXPECT_FALSE(page.run["frames"][1]["bodies"][1].contains("pose")) << "as before";
   EXPECT_FALSE(page.run["frames"][1].contains("distance"));
+}
+
+/// Numbers by label, the time of a frame, and the range of colours.
+TEST(PageRecording, SeriesAndTimesAreThoseGiven) {
+  const DeformableMeshd body(wavingSheet<double>(4, 0));
+  RecordingOptions options;
+  options.time_unit = "ms";
+  options.clearance_range = std::array<double, 2>{-1, 0.5};
+  Recording recording(options);
+  recording.add(body, fcl::Transform3d(fcl::Transform3d::Identity()), "sheet");
+  FrameResults results;
+  results.addToSeries("energy, J", 1. / 3).addToSeries("<pairs>", 7).addToSeries("gone", kNaN);
+  results.time = 0.125;
+  recording.frame(results.addToSeries("<pairs>", 8));
+  recording.frame();
+  const Page page(recording);
+  EXPECT_EQ(page.run["timeUnit"], "ms");
+  EXPECT_EQ(page.run["clearanceRange"], json({-1, 0.5}));
+  EXPECT_EQ(page.run["frames"][0]["series"], json({{"energy, J", 1. / 3}, {"<pairs>", 8}}));
+  EXPECT_EQ(page.run["frames"][0]["time"], 0.125);
+  EXPECT_FALSE(page.run["frames"][1].contains("series"));
+  EXPECT_FALSE(page.run["frames"][1].contains("time"));
 }
 
 /// Arrows and segments are those given, within the precision of the box around them; pairs that are
@@ -608,6 +631,9 @@ TEST(PageRecording, RefusesOptionsWithoutMeaning) {
   refuses([](RecordingOptions& options) { options.frames_per_second = 0; });
   refuses([](RecordingOptions& options) { options.volume_depth = 21; });
   refuses([](RecordingOptions& options) { options.deeper_refits = -1; });
+  refuses([](RecordingOptions& options) {
+    options.clearance_range = std::array<double, 2>{0, kNaN};
+  });
 }
 
 }  // namespace page_recording_test

@@ -397,6 +397,7 @@ class SceneTest : public testing::Test {
       std::sort(expected.begin(), expected.end());
       const SceneDistance<S> nearest = scene_.nearest(bodies_[i].id);
       ASSERT_EQ(!expected.empty(), nearest.exists());
+      ASSERT_EQ(nearest.distance, std::as_const(scene_).nearest(bodies_[i].id).distance);
       std::vector<SceneDistance<S>> several;
       scene_.nearest(bodies_[i].id, 3, several);
       ASSERT_EQ(std::min<std::size_t>(3, expected.size()), several.size());
@@ -409,7 +410,9 @@ class SceneTest : public testing::Test {
                   10 * error);
       least = std::min(least, expected[0]);
     }
+    const SceneDistance<S> of_const = std::as_const(scene_).distance();
     const SceneDistance<S> nearest = scene_.distance();
+    ASSERT_EQ(nearest.distance, of_const.distance);
     ASSERT_EQ(least < kFar, nearest.exists());
     if (nearest.exists()) {
       ASSERT_NEAR(least, double(nearest.distance), error);

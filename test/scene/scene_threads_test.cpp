@@ -44,6 +44,8 @@ Answers ask(const Scened& scene, BodyId body) {
   answers.vertices = scene.vertexContacts(0.1, contacts);
   std::vector<adaptive_bvh::SceneDistance<double>> nearest;
   scene.nearest(body, 4, nearest);
+  nearest.push_back(scene.nearest(body));
+  nearest.push_back(scene.distance());
   for (const auto& found : nearest) answers.nearest.push_back(found.distance);
   answers.seen = scene.nearestPoint(Vector3<double>(0.1, 0.2, 3)).triangle;
   return answers;

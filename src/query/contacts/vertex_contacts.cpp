@@ -183,7 +183,7 @@ void findVertexContacts(const PlacedMesh& mesh, const PlacedMesh& other, double 
 template <typename S>
 std::size_t vertexContacts(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
                            const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf,
-                           S margin, VertexContacts<S>& result) {
+                           NonDeduced<S> margin, VertexContacts<S>& result) {
   requirePlaced(tf, other_tf, margin);
   requireClosed(stateOf(other), "vertexContacts");
   answerInDouble(result, [&](VertexContacts<double>& contacts) {
@@ -194,8 +194,9 @@ std::size_t vertexContacts(const DeformableMesh<S>& mesh, const fcl::Transform3<
 
 template <typename S>
 std::size_t vertexContacts(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-                           const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2, S margin,
-                           VertexContacts<S>& of_first, VertexContacts<S>& of_second) {
+                           const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
+                           NonDeduced<S> margin, VertexContacts<S>& of_first,
+                           VertexContacts<S>& of_second) {
   requirePlaced(tf1, tf2, margin);
   requireClosed(stateOf(first), "vertexContacts");
   requireClosed(stateOf(second), "vertexContacts");

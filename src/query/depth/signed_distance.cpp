@@ -115,7 +115,7 @@ SignedDistance<double> signedDistanceOf(const PairOfMeshes& meshes, double size,
 template <typename S>
 SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                                  const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
-                                 S tolerance) {
+                                 NonDeduced<S> tolerance) {
   requireTolerance(tolerance);
   requireRigid(tf1);
   requireRigid(tf2);

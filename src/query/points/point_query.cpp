@@ -103,14 +103,16 @@ void closestPoints(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points,
 }
 
 template <typename S>
-ClosestPoint<S> closestPoint(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& point) {
+ClosestPoint<S> closestPoint(const DeformableMesh<S>& mesh,
+                             const NonDeduced<fcl::Vector3<S>>& point) {
   requireFinite(&point, 1);
   return pointOf<S>(NearestInTurn(stateOf(mesh))(point.template cast<double>()));
 }
 
 template <typename S>
 void closestFeatures(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points,
-                     std::size_t count, S limit, std::vector<ClosestFeature<S>>& result) {
+                     std::size_t count, NonDeduced<S> limit,
+                     std::vector<ClosestFeature<S>>& result) {
   requireDistance(limit);
   requireFinite(points, count);
   result.resize(count);
@@ -171,8 +173,8 @@ bool isWatertight(const DeformableMesh<S>& mesh, std::vector<OpenEdge>* open_edg
 
 template <typename S>
 void clearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
-               const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf, S limit,
-               std::vector<S>& result) {
+               const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf,
+               NonDeduced<S> limit, std::vector<S>& result) {
   requireDistance(limit);
   requireRigid(tf);
   requireRigid(other_tf);
@@ -183,8 +185,8 @@ void clearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
 
 template <typename S>
 void signedClearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
-                     const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf, S limit,
-                     std::vector<S>& result) {
+                     const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf,
+                     NonDeduced<S> limit, std::vector<S>& result) {
   requireDistance(limit);
   requireRigid(tf);
   requireRigid(other_tf);

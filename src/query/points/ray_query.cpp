@@ -83,9 +83,9 @@ void searchMany(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* origins,
 }  // namespace
 
 template <typename S>
-std::size_t rayHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
-                    const fcl::Vector3<S>& direction, const RayRange<S>& range,
-                    std::vector<RayHit<S>>& result) {
+std::size_t rayHits(const DeformableMesh<S>& mesh, const NonDeduced<fcl::Vector3<S>>& origin,
+                    const NonDeduced<fcl::Vector3<S>>& direction,
+                    const NonDeduced<RayRange<S>>& range, std::vector<RayHit<S>>& result) {
   requireRay(origin, direction);
   requireRange(range);
   result.clear();
@@ -99,8 +99,9 @@ std::size_t rayHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin
 }
 
 template <typename S>
-RayHit<S> firstHit(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
-                   const fcl::Vector3<S>& direction, const RayRange<S>& range) {
+RayHit<S> firstHit(const DeformableMesh<S>& mesh, const NonDeduced<fcl::Vector3<S>>& origin,
+                   const NonDeduced<fcl::Vector3<S>>& direction,
+                   const NonDeduced<RayRange<S>>& range) {
   requireRay(origin, direction);
   requireRange(range);
   RayHit<S> first = noHit<S>();
@@ -111,8 +112,8 @@ RayHit<S> firstHit(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
 }
 
 template <typename S>
-bool anyHit(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
-            const fcl::Vector3<S>& direction, const RayRange<S>& range) {
+bool anyHit(const DeformableMesh<S>& mesh, const NonDeduced<fcl::Vector3<S>>& origin,
+            const NonDeduced<fcl::Vector3<S>>& direction, const NonDeduced<RayRange<S>>& range) {
   requireRay(origin, direction);
   requireRange(range);
   std::uint8_t any = 0;
@@ -123,8 +124,8 @@ bool anyHit(const DeformableMesh<S>& mesh, const fcl::Vector3<S>& origin,
 
 template <typename S>
 void firstHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* origins,
-               const fcl::Vector3<S>* directions, std::size_t count, const RayRange<S>& range,
-               std::vector<RayHit<S>>& result) {
+               const fcl::Vector3<S>* directions, std::size_t count,
+               const NonDeduced<RayRange<S>>& range, std::vector<RayHit<S>>& result) {
   searchMany(mesh, origins, directions, count, range, noHit<S>(), result,
              [&](int triangle, const RayTriangle::Hit& hit, RayHit<S>& first) -> double {
                return keepFirst(range, triangle, hit, first);
@@ -133,8 +134,8 @@ void firstHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* origins,
 
 template <typename S>
 void anyHits(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* origins,
-             const fcl::Vector3<S>* directions, std::size_t count, const RayRange<S>& range,
-             std::vector<std::uint8_t>& result) {
+             const fcl::Vector3<S>* directions, std::size_t count,
+             const NonDeduced<RayRange<S>>& range, std::vector<std::uint8_t>& result) {
   searchMany(mesh, origins, directions, count, range, std::uint8_t(0), result,
              [&](int, const RayTriangle::Hit& hit, std::uint8_t& any) -> double {
                return keepAny(range, hit, any);

@@ -176,7 +176,7 @@ std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transf
 template <typename S>
 std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
                                const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
-                               S distance, FeaturePairs& result) {
+                               NonDeduced<S> distance, FeaturePairs& result) {
   return featurePairsWithin(first, tf1, second, tf2, FeatureProximityRequest<S>{distance}, result);
 }
 
@@ -189,14 +189,15 @@ std::size_t featurePairsWithin(const DeformableMesh<S>& mesh,
 }
 
 template <typename S>
-std::size_t featurePairsWithin(const DeformableMesh<S>& mesh, S distance, FeaturePairs& result) {
+std::size_t featurePairsWithin(const DeformableMesh<S>& mesh, NonDeduced<S> distance,
+                               FeaturePairs& result) {
   return featurePairsWithin(mesh, FeatureProximityRequest<S>{distance}, result);
 }
 
 template <typename S>
 bool isNearer(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-              const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2, S distance,
-              bool solid) {
+              const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
+              NonDeduced<S> distance, bool solid) {
   requireDistance(distance);
   requireRigid(tf1);
   requireRigid(tf2);

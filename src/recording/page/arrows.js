@@ -14,31 +14,49 @@ const arrowLengths = arrowLabels.map((label) => run.frames.map((frame) => {
   return {longest: found.reduce((a, b) => Math.max(a, b), 0), count: found.length};
 }));
 
-// Draws many copies of a shape of length 1, which begins at the origin and points along y.
+// Draws many copies of a shape of length 1, which begins at the origin and points along y. Parts
+// behind a surface are drawn faintly.
 class Copies {
   constructor(geometry) {
     this.geometry = geometry;
     this.material = new THREE.MeshPhongMaterial({specular: 0x16181c});
-    this.mesh = null;
+    this.faint = seenThrough(new THREE.MeshBasicMaterial());
+    this.meshes = [];
+  }
+
+  setColour(colour) {
+    for (const material of [this.material, this.faint]) material.color.set(colour);
   }
 
   // Draws a copy for each entry {from, direction, length, width}, in scene coordinates.
   show(list) {
-    if (!this.mesh || list.length > this.capacity) {
-      if (this.mesh) scene.remove(this.mesh);
+    if (this.meshes.length === 0 || list.length > this.capacity) {
+      scene.remove(...this.meshes);
       this.capacity = Math.max(2 * list.length, 16);
-      this.mesh = new THREE.InstancedMesh(this.geometry, this.material, this.capacity);
-      this.mesh.frustumCulled = false;
-      scene.add(this.mesh);
+      this.meshes = [this.material, this.faint].map((material) => {
+        const mesh = new THREE.InstancedMesh(this.geometry, material, this.capacity);
+        mesh.frustumCulled = false;
+        mesh.renderOrder = material === this.faint ? 3 : 0;
+        scene.add(mesh);
+        return mesh;
+      });
     }
     const matrix = new THREE.Matrix4(), turn = new THREE.Quaternion(), up = new THREE.Vector3(0, 1, 0);
     list.forEach(({from, direction, length, width}, i) => {
       turn.setFromUnitVectors(up, direction);
-      this.mesh.setMatrixAt(i, matrix.compose(from, turn, new THREE.Vector3(width, length, width)));
+      matrix.compose(from, turn, new THREE.Vector3(width, length, width));
+      for (const mesh of this.meshes) mesh.setMatrixAt(i, matrix);
     });
-    this.mesh.count = list.length;
-    this.mesh.visible = list.length > 0;
-    this.mesh.instanceMatrix.needsUpdate = true;
+    for (const mesh of this.meshes) {
+      mesh.count = list.length;
+      mesh.visible = list.length > 0;
+      mesh.instanceMatrix.needsUpdate = true;
+    }
+    this.applyThrough();
+  }
+
+  applyThrough() {
+    if (this.meshes.length) this.meshes[1].visible = this.meshes[0].visible && settings.through;
   }
 }
 
@@ -49,7 +67,7 @@ class LabelView {
     for (const geometry of [rod, tip]) geometry.translate(0, 0.5, 0);
     this.rods = new Copies(rod);
     this.tips = new Copies(tip);
-    for (const {material} of [this.rods, this.tips]) material.color.set(colour);
+    for (const copies of [this.rods, this.tips]) copies.setColour(colour);
   }
 
   // The pairs [from, to] of a frame, in scene coordinates.

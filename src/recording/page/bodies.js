@@ -35,6 +35,8 @@ const clearanceEnds = extremes(run.frames.flatMap((frame) => frame.bodies
   .filter((body) => body.clearance)
   .flatMap((body) => [body.clearance.low, body.clearance.high])));
 const hasClearance = clearanceEnds[0] <= clearanceEnds[1];
+// The range of the colours, which the panel changes.
+const clearanceRange = [...(run.clearanceRange || clearanceEnds)];
 
 // Writes the normal of a triangle, whose length is twice its area.
 function writeNormal(positions, triangles, t, out) {
@@ -47,7 +49,7 @@ function writeNormal(positions, triangles, t, out) {
 
 // Splits vertices at sharp edges, so that a box has flat faces. Returns the recorded vertex of each
 // drawn vertex (`source`), and three drawn vertices for each triangle (`corners`).
-const kSharp = 0.5;  // cosine of the angle between the normals of two triangles
+const kSharp = 0.77;  // cosine of the angle between the normals of two triangles: 40 degrees
 function splitAtSharpEdges(positions, triangles) {
   const corners = new Uint32Array(triangles.length), source = [], normals = [];
   const drawn = Array.from({length: positions.length / 3}, () => []), normal = new THREE.Vector3();
@@ -95,11 +97,18 @@ function surfaceMaterial(options) {
     polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, ...options});
 }
 
+// Makes a material draw what is behind other surfaces, faintly.
+function seenThrough(material) {
+  Object.assign(material, {transparent: true, opacity: 0.4, depthTest: false, depthWrite: false});
+  return material;
+}
+
 class BodyView {
   constructor(body, index) {
     this.index = index;
     this.unbounded = body.unbounded;
     this.wanted = true;
+    this.patches = [];  // meshes: as surfaces, and as seen through other surfaces
     this.colour = new THREE.Color(bodyColours[index % bodyColours.length]);
     this.positions = new Float32Array(3 * body.vertices);
     this.triangles = readTriangles(body);
@@ -126,8 +135,7 @@ class BodyView {
     this.paint(now.clearance);
     placeInScene(this.mesh, now.pose, now.positions.low);
     if (this.unbounded) this.spread(now.positions.size);
-    for (const other of [this.edges, this.patches])
-      if (other) placeAs(other, this.mesh);
+    for (const other of [this.edges, ...this.patches]) if (other) placeAs(other, this.mesh);
   }
 
   // Splits vertices at the sharp edges of the first positions.
@@ -163,25 +171,31 @@ class BodyView {
       .premultiply(new THREE.Matrix4().makeTranslation(nearest.x, nearest.y, nearest.z));
   }
 
-  // Draws coloured triangles over the surface. They share its vertices.
+  // Draws coloured triangles over the surface, and faintly through other surfaces. They share its
+  // vertices.
   showPatches(block) {
     if (block === this.shownPatches) return;
     this.shownPatches = block;
     if (!block) return;
-    if (!this.patches) {
+    if (!this.patches.length) {
       const geometry = new THREE.BufferGeometry();
       for (const name of ["position", "normal"]) geometry.attributes[name] = this.geometry.attributes[name];
-      this.patches = new THREE.Mesh(geometry, patchColours.map((color) =>
-        surfaceMaterial({color, polygonOffsetFactor: 0, polygonOffsetUnits: 0})));
-      this.patches.frustumCulled = false;
-      scene.add(this.patches);
+      const coloured = (make) => new THREE.Mesh(geometry, patchColours.map(make));
+      this.patches = [coloured((color) =>
+        surfaceMaterial({color, polygonOffsetFactor: 0, polygonOffsetUnits: 0})),
+      coloured((color) => seenThrough(new THREE.MeshBasicMaterial({color, side: THREE.DoubleSide})))];
+      this.patches.forEach((mesh, i) => {
+        mesh.frustumCulled = false;
+        mesh.renderOrder = 2 * i;
+        scene.add(mesh);
+      });
     }
     const numbers = readPatches(block), byColour = patchColours.map(() => []);
     for (let i = 0; i < block.count; ++i) {
       const t = 3 * numbers[i];
       byColour[numbers[block.count + i] % patchColours.length].push(...this.corners.subarray(t, t + 3));
     }
-    const {geometry} = this.patches;
+    const {geometry} = this.patches[0];
     geometry.clearGroups();
     let first = 0;
     byColour.forEach((corners, colour) => {
@@ -193,6 +207,10 @@ class BodyView {
 
   setColour(colour) {
     this.colour.set(colour);
+    this.paintAgain();
+  }
+
+  paintAgain() {
     this.shownPaint = null;
     this.show(frameShown);
   }
@@ -214,7 +232,7 @@ class BodyView {
     if (wanted === "plain") {
       for (let i = 0; i < colours.length; i += 3) this.colour.toArray(colours, i);
     } else {
-      const [low, high] = clearanceEnds, values = readValues(clearance, this.positions.length / 3);
+      const [low, high] = clearanceRange, values = readValues(clearance, this.positions.length / 3);
       this.source.forEach((from, to) => clearanceRamp.write(
         high > low ? (values[from] - low) / (high - low) : 1, colours, 3 * to));
     }
@@ -240,8 +258,10 @@ class BodyView {
 
   applyVisible() {
     this.mesh.visible = this.wanted && !this.absent;
-    if (this.patches)
-      this.patches.visible = this.mesh.visible && settings.patches && Boolean(this.shownPatches);
+    this.patches.forEach((mesh, i) => {
+      mesh.visible = this.mesh.visible && settings.patches && Boolean(this.shownPatches) &&
+        (i === 0 || settings.through);
+    });
     this.setEdges(settings.edges);
   }
 }

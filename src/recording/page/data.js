@@ -93,6 +93,14 @@ function extremes(list) {
   return [low, high];
 }
 
+// The position of each frame on the charts' axis: its time if times increase, else its number.
+const axis = (() => {
+  const times = run.frames.map(({time}) => time);
+  const isTime = times.every((time, i) => time !== undefined && (i === 0 || time > times[i - 1]));
+  const at = isTime ? times : times.map((_, i) => i + 1);
+  return {at, isTime, low: at[0], high: at[at.length - 1]};
+})();
+
 // A number as text, with three significant digits.
 function number(value) {
   const rounded = Number(value.toPrecision(3));
@@ -127,5 +135,7 @@ const shown = {
   short: (value, largest) => length(Math.abs(value) < 1e-4 * largest ? 0 : value),
   time: (value) => number(value) + " ms",
   count: (value) => value.toLocaleString("en"),
+  // A time of the run.
+  moment: (value) => number(value) + (run.timeUnit ? " " + run.timeUnit : ""),
   megabytes: (value) => (value / 1e6).toFixed(1) + " MB",
 };

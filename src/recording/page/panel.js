@@ -1,7 +1,8 @@
 // The panel beside the scene: numbers, charts, settings and texts.
 const element = (id) => document.getElementById(id);
 const hasPatches = run.frames.some((frame) => frame.bodies.some((body) => body.patches));
-const settings = {volumes: false, depth: 0, edges: false, clearance: hasClearance, patches: true};
+const settings = {volumes: false, depth: 0, edges: false, clearance: hasClearance, patches: true,
+  through: true};
 
 const columns = {
   distance: run.frames.map((frame) => frame.distance),
@@ -9,6 +10,7 @@ const columns = {
   queryMs: run.frames.map((frame) => frame.queryMs),
   contacts: run.frames.map((frame) => frame.contactCount),
   clearance: run.frames.map((_, frame) => leastClearance(frame)),
+  time: run.frames.map((frame) => frame.time),
   update: run.frames.map((_, frame) => updateOf(frame)),
 };
 const isRecorded = (name) => columns[name].some((value) => value !== undefined);
@@ -27,6 +29,15 @@ arrowLabels.forEach((label, i) => {
   columns[`arrows-${i}`] = arrowLengths[i].map(({count, longest}) => (count ? longest : undefined));
   rows.push([`arrows-${i}`, `Longest ${label}`, null, (f) => shown.number(columns[`arrows-${i}`][f])]);
 });
+
+// The run's own series: their labels, in the order of their first use.
+const seriesLabels = [...new Set(run.frames.flatMap((frame) => Object.keys(frame.series || {})))];
+seriesLabels.forEach((label, i) => {
+  columns[`series-${i}`] = run.frames.map((frame) => (frame.series || {})[label]);
+  rows.push([`series-${i}`, label, null, (f) => shown.number(columns[`series-${i}`][f])]);
+});
+if (run.frames.some((frame) => frame.time !== undefined))
+  rows.unshift(["time", "Time", null, (f) => shown.moment(columns.time[f])]);
 
 for (const [id, label, colour] of rows) {
   const term = document.createElement("dt"), value = document.createElement("dd");
@@ -58,10 +69,12 @@ function makeCharts(pick) {
   if (!isRecorded("distance")) {
     add("Least clearance", lines({name: "clearance", colour: "--distance"}),
       shown.length);
-    add("Contacts", lines({name: "contacts", colour: "--contact"}), shown.count);
   }
-  add("Time", lines({name: "updateMs", colour: "--update"},
+  add("Contacts", lines({name: "contacts", colour: "--contact"}), shown.count);
+  add("Duration", lines({name: "updateMs", colour: "--update"},
     {name: "queryMs", colour: "--query"}), shown.time);
+  seriesLabels.forEach((label, i) =>
+    add(label, lines({name: `series-${i}`, colour: "--distance"}), shown.number));
   return charts;
 }
 

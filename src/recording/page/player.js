@@ -144,6 +144,11 @@ function makeSettings() {
       settings.patches = on;
       show(frameShown);
     });
+  if (hasPatches || labelViews.length)
+    addSetting("through", "what is behind surfaces, faintly", true, (on) => {
+      settings.through = on;
+      show(frameShown);
+    });
   addSetting("edges", "edges", false, (on) => {
     settings.edges = on;
     bodies.forEach((view) => view.setEdges(on));
@@ -158,13 +163,29 @@ function makeSettings() {
 }
 
 function makeClearanceSetting() {
-  const legend = addLegend("clearance-legend", "Clearance", clearanceRamp,
-    ...clearanceEnds.map((value) => shown.short(value, clearanceEnds[1])));
+  const legend = addLegend("clearance-legend", "Clearance", clearanceRamp, "", "");
+  const sayRange = () => legend.querySelectorAll(".ends span").forEach((span, i) => {
+    span.textContent = shown.short(clearanceRange[i], clearanceRange[1]);
+  });
+  sayRange();
   addSetting("clearance", "clearance", true, (on) => {
     settings.clearance = on;
     legend.hidden = !on;
     show(frameShown);
   });
+  // The range of the colours. An empty field stands for the end of what was recorded.
+  const fields = ["from", "to"].map((word, i) => input({type: "number", step: "any",
+    id: `range-${word}`, value: shown.number(clearanceRange[i]), className: "range"},
+  `Colours ${word} this clearance${run.unit && ", " + run.unit}`, (text) => {
+    clearanceRange[i] = text === "" ? clearanceEnds[i] : Number(text);
+    sayRange();
+    bodies.forEach((view) => view.paintAgain());
+    wantRender();
+  }));
+  const row = document.createElement("div");
+  row.className = "row";
+  row.append("colours from", fields[0], "to", fields[1], run.unit);
+  element("show").append(row);
 }
 
 function makeVolumeSettings() {
@@ -266,7 +287,7 @@ render();
 // For tests and for scripts that control the page.
 window.adaptiveBvhPage = {
   run, settings, show, play, pause, setDepth, orbit, render, shown, composeView, filmFrames,
-  labelViews, scaleBar, bodies,
+  labelViews, seriesLabels, scaleBar, bodies,
   get frame() { return frameShown; },
   get playing() { return playing; },
   get firstPictureMs() { return firstPictureMs; },

@@ -54,6 +54,15 @@
     check(text("note") === (wanted.note || "") && document.getElementById("note").hidden === !wanted.note,
       `${at}: note`);
     if (wanted.note) check(!text("caption").includes(wanted.note), `${at}: the note is in the caption`);
+    page.seriesLabels.forEach((label, i) => {
+      const value = (wanted.series || {})[label];
+      check(text(`value-series-${i}`) === (value === undefined ? "–" : page.shown.number(value)),
+        `${at}: ${label} is shown as ${text(`value-series-${i}`)}, recorded was ${value}`);
+    });
+    check(Object.keys(wanted.series || {}).every((label) => page.seriesLabels.includes(label)),
+      `${at}: a series is missing`);
+    if (wanted.time !== undefined)
+      check(text("value-time") === page.shown.moment(wanted.time), `${at}: time ${text("value-time")}`);
     check(text("caption").includes("Patches") === wanted.coloured > 0,
       `${at}: the caption says: ${text("caption")}`);
     if (wanted.visible !== undefined)
@@ -128,8 +137,12 @@
     chart.dispatchEvent(new PointerEvent("pointerdown", {clientX: box.left + box.width / 2}));
     check(near(page.frame, last / 2, 1), "the chart does not lead to its middle");
     chart.dispatchEvent(new PointerEvent("pointermove", {clientX: box.left + 1}));
-    check(document.querySelector(".chart h2 span").textContent.startsWith("frame 1:"),
+    const {time} = expected.frames[0];
+    const first = time === undefined ? "frame 1:" : `${page.shown.moment(time)}:`;
+    check(document.querySelector(".chart h2 span").textContent.startsWith(first),
       "the chart does not say what is under the pointer");
+    const titles = [...document.querySelectorAll(".chart h2 b")].map(({textContent}) => textContent);
+    check(page.seriesLabels.every((label) => titles.includes(label)), `charts: ${titles}`);
   }
 
   async function checkPlaying() {
@@ -154,6 +167,15 @@
     for (const id of ["scene", "play", "scrubber", "caption", "bodies", "save-video"]) {
       const box = document.getElementById(id).getBoundingClientRect();
       check(box.width > 20 && box.left >= 0 && box.right <= width + 1, `${id} is cut off`);
+    }
+    // On a desk the end of the page is in the window, and the panel scrolls.
+    if (width > 820) {
+      const panel = document.getElementById("panel"), end = document.querySelector("footer");
+      check(end.getBoundingClientRect().bottom <= window.innerHeight + 1, "the end is cut off");
+      panel.scrollTop = panel.scrollHeight;
+      const last = panel.lastElementChild.getBoundingClientRect();
+      check(last.bottom <= panel.getBoundingClientRect().bottom + 1, "the panel's end is cut off");
+      panel.scrollTop = 0;
     }
     for (const button of document.querySelectorAll("button"))
       check(button.getAttribute("aria-label") || button.textContent.trim(), "a button has no label");
@@ -193,7 +215,8 @@
       else input.value = value;
       if (input.type !== "checkbox") input.dispatchEvent(new Event("input"));
     };
-    const ids = [...document.querySelectorAll("#bodies input[type=checkbox], #grid, #patches, [id^=label-]")]
+    const ids = [...document.querySelectorAll(
+      "#bodies input[type=checkbox], #grid, #patches, #through, [id^=label-]")]
       .map(({id}) => id)
       .filter((id) => !id.startsWith("body-") || page.bodies[Number(id.slice(5))].mesh.visible);
     for (const id of ids) {
@@ -208,6 +231,15 @@
     check(look().sum !== before, "opacity changes nothing");
     set("opacity-0", 1);
     check(look().sum === before, "a body that was faint does not become solid");
+    if (document.getElementById("range-to")) {
+      const range = page.run.clearanceRange, legend = text("clearance-legend");
+      if (range) check(legend.includes(page.shown.short(range[1], range[1])), `legend: ${legend}`);
+      set("range-to", 0.1);
+      check(look().sum !== before, "another range of colours changes nothing");
+      check(text("clearance-legend").includes(page.shown.short(0.1, 0.1)), "the legend's range");
+      set("range-to", range ? range[1] : "");
+      check(look().sum === before, "the range of colours does not come back");
+    }
     set("colour-0", "#ff0000");
     check(document.getElementById("clearance") || look().sum !== before, "a colour changes nothing");
   }

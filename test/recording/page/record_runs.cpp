@@ -2,6 +2,7 @@
 // meshes and models themselves: test/recording/page/run.sh compares. Prints what recording costs.
 //   record_runs FOLDER
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <fstream>
@@ -87,6 +88,8 @@ class TestRun {
     for (const adaptive_bvh::TrianglePatches& patches : results.patches)
       frame["coloured"] = frame["coloured"].get<std::size_t>() + patches.triangles.size();
     frame["drawn"] = std::move(drawn);
+    frame["series"] = results.series;
+    if (results.time) frame["time"] = *results.time;
     if (visible >= 0) frame["visible"] = visible;
     work_ms_ += results.update_ms.value_or(0) + results.query_ms.value_or(0);
     expected_["frames"].push_back(std::move(frame));
@@ -197,6 +200,7 @@ void recordContacts(const std::string& path) {
   adaptive_bvh::RecordingOptions options;
   options.title = "Cloth & <dome>";
   options.unit = "mm";
+  options.clearance_range = std::array<double, 2>{0, 0.4};
   options.volume_depth = kRecordedDepth;
   TestRun run(path, options);
   const int of_cloth = run.recording.add(cloth, origin, "cloth");
@@ -223,6 +227,7 @@ void recordContacts(const std::string& path) {
     adaptive_bvh::clearance(cloth_mesh, fallen, dome_mesh, origin, 0.5f, clearances);
     adaptive_bvh::FrameResults results(contacts);
     results.addTimes(update_ms, query_ms).addClearance(of_cloth, clearances);
+    results.addToSeries("energy, J", 2 - 0.05 * frame).time = 0.25 * frame;
     results.note = "Fallen by " + std::to_string(8 * frame) + " %";
     run.frame(results, {expectedBody(cloth), expectedBody(dome)});
   }
