@@ -179,8 +179,8 @@ bool lowerOf(const ClearanceQuery& query, const std::array<int, 2>& hint, Motion
   if (hint[0] >= 0 || hint[1] >= 0)
     goal.leaf(partOf(query.first.body, hint[0]), partOf(query.second.body, hint[1]), 0, 1);
   walkWith(query, goal, best.box_tests);
-  if (!goal.isImproved()) return false;
   best.lower = std::max(0., std::min(best.upper - query.tolerance, goal.unresolved()));
+  if (!goal.isImproved()) return false;
   if (best.upper <= query.tolerance) {
     FirstImpact<Pair> impact(query, best);
     walkWith(query, impact, best.box_tests);

@@ -26,8 +26,8 @@ void swapBodies(MotionClearance& clearance);
 
 /// Lowers `best` to the least distance, if that is less than best.upper - tolerance, and to 0 with
 /// the time of the first impact if the bodies meet. `hint`: triangles that may be near at some
-/// time, or -1. Returns whether `best` has changed. If not, the bodies are at least best.upper -
-/// tolerance apart.
+/// time, or -1. Sets best.lower. Returns whether best.upper has changed. If not, the bodies are at
+/// least best.upper - tolerance apart.
 bool lowerClearance(const ClearanceQuery& query, const std::array<int, 2>& hint,
                     MotionClearance& best);
 

@@ -103,10 +103,15 @@ auto withItself(const BodyMotion<S>& motion, const SurfaceNeighbourhood& left_ou
 
 template <typename S>
 MotionClearance leastDistance(const BodyMotion<S>& first, const BodyMotion<S>& second,
-                              double tolerance) {
-  return withBodies(first, second, tolerance, [](const ClearanceQuery& query, bool is_swapped) {
+                              double tolerance, double limit) {
+  if (!(limit >= 0)) throw std::invalid_argument("adaptive_bvh: a limit is negative or NaN");
+  return withBodies(first, second, tolerance, [&](const ClearanceQuery& query, bool is_swapped) {
     MotionClearance best;
-    lowerClearance(query, {-1, -1}, best);
+    best.upper = limit + tolerance;
+    if (best.upper - tolerance < limit)
+      best.upper = std::nextafter(best.upper, std::numeric_limits<double>::infinity());
+    if (!lowerClearance(query, {-1, -1}, best))
+      best.upper = std::numeric_limits<double>::infinity();
     if (is_swapped) swapBodies(best);
     return best;
   });
@@ -142,7 +147,8 @@ void selfIntervalsBelow(const BodyMotion<S>& mesh, const SurfaceNeighbourhood& l
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                             \
-  template MotionClearance leastDistance(const BodyMotion<S>&, const BodyMotion<S>&, double);   \
+  template MotionClearance leastDistance(const BodyMotion<S>&, const BodyMotion<S>&, double,    \
+                                         double);                                               \
   template void intervalsBelow(const BodyMotion<S>&, const BodyMotion<S>&, double, double,      \
                                std::vector<MotionInterval>&);                                   \
   template MotionClearance leastSelfDistance(const BodyMotion<S>&, const SurfaceNeighbourhood&, \

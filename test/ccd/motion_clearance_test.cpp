@@ -151,6 +151,33 @@ TEST(MotionClearance, OfTrianglesIsThatOfTheJudge) {
   }
 }
 
+/// A limit changes the answer only where the bodies stay that far apart.
+TEST(MotionClearance, WithinALimitIsTheSame) {
+  Bodies random(5);
+  for (int i = 0; i < manySteps(200); ++i) {
+    SCOPED_TRACE(i);
+    const bool on_lattice = random.oneIn(2);
+    const Body a = random.body(2, on_lattice, random.below(4), FramePath::Straight),
+               b = random.body(2, on_lattice, random.below(4), FramePath::Screw);
+    const double tolerance = random.size(-4, -1);
+    const MotionClearance all = leastDistance(a.moving(), b.moving(), tolerance);
+    for (const double limit : {0.5 * all.upper, all.lower, all.upper, 2 * all.upper, 1e-3, 1e3}) {
+      const MotionClearance found = leastDistance(a.moving(), b.moving(), tolerance, limit);
+      EXPECT_GE(found.lower, std::min(limit, all.lower - tolerance));
+      EXPECT_LE(std::min(found.lower, limit), all.upper);
+      if (found.exists()) {
+        EXPECT_LE(found.upper - found.lower, tolerance * (1 + 1e-12));
+        EXPECT_GE(found.upper, all.lower);
+        EXPECT_LE(found.upper, limit + tolerance * (1 + 1e-12));
+      } else {
+        EXPECT_GE(found.lower, limit);
+        EXPECT_GE(all.upper, limit);
+      }
+    }
+    if (HasFailure()) return;
+  }
+}
+
 TEST(MotionClearance, IntervalsHoldAllTimesBelow) {
   Bodies random(2);
   for (int i = 0; i < manySteps(60); ++i) {
@@ -441,6 +468,8 @@ TEST(MotionClearance, RefusesWhatItCannotAnswer) {
   const BodyMotion<double> still(plate, kIdentity, kIdentity);
   for (const double tolerance : {0., -1., 1e-15, std::nan(""), HUGE_VAL})
     EXPECT_THROW(leastDistance(still, still, tolerance), std::invalid_argument);
+  for (const double limit : {-1., std::nan("")})
+    EXPECT_THROW(leastDistance(still, still, 1e-3, limit), std::invalid_argument);
   std::vector<MotionInterval> intervals;
   for (const double clearance : {-1., std::nan(""), HUGE_VAL})
     EXPECT_THROW(intervalsBelow(still, still, clearance, 1e-3, intervals), std::invalid_argument);

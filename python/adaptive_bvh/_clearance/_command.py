@@ -10,7 +10,7 @@ from ._inputs import InputError, Inputs
 from ._lengths import LengthError
 from ._opening import Part
 from ._progress import Progress
-from ._run import INTERRUPTED, WRONG_INPUT, Outcome, check
+from ._run import INTERRUPTED, WRONG_INPUT, Outcome, check, num_steps
 from ._table import Numbering, checked_text, csv_text, headline, text_table, write_whole
 
 
@@ -24,7 +24,7 @@ def run(arguments: argparse.Namespace) -> int:
     parts = inputs.open_parts()
     sequences = inputs.open_moving()
     outcome = inputs.outcome
-    progress = Progress("checking", sum(max(len(s) - 1, 1) for s in sequences))
+    progress = Progress("checking", num_steps(sequences, arguments.ignore))
     check(sequences, parts, inputs.settings(parts), outcome, ignored=arguments.ignore,
           threads=arguments.threads, advance=progress.advance,
           on_stop=lambda: say("\nCtrl-C: ends here, and reports what was done"))
@@ -44,7 +44,7 @@ def _say_checked(outcome: Outcome, numberings: Dict[str, Numbering]) -> None:
     for body in outcome.bodies:
         if not body.is_complete:
             done = checked_text(body, numberings[body.name]) or "none"
-            print(f"{body.name}: only these frames were checked: {done}")
+            print(f"{body.label}: only these frames were checked: {done}")
 
 
 def _write(arguments: argparse.Namespace, outcome: Outcome, sequences: List[Sequence],
@@ -63,7 +63,8 @@ def _write(arguments: argparse.Namespace, outcome: Outcome, sequences: List[Sequ
             write_report(arguments.report, outcome, sequences, parts, numberings,
                          up=arguments.up or "z")
         except (OSError, RuntimeError) as error:
-            say(f"error: {arguments.report} cannot be written ({error})")
+            reason = error.strerror if isinstance(error, OSError) else error
+            say(f"error: {arguments.report} cannot be written ({reason}); name another file")
             status = WRONG_INPUT
     return status
 
