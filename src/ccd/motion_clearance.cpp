@@ -110,7 +110,7 @@ MotionClearance leastDistance(const BodyMotion<S>& first, const BodyMotion<S>& s
     best.upper = limit + tolerance;
     if (best.upper - tolerance < limit)
       best.upper = std::nextafter(best.upper, std::numeric_limits<double>::infinity());
-    if (!lowerClearance(query, {-1, -1}, best))
+    if (!lowerClearance(query, best))
       best.upper = std::numeric_limits<double>::infinity();
     if (is_swapped) swapBodies(best);
     return best;
@@ -131,7 +131,7 @@ MotionClearance leastSelfDistance(const BodyMotion<S>& mesh, const SurfaceNeighb
                                   double tolerance, const IgnoredPairs& ignored) {
   return withItself(mesh, left_out, tolerance, ignored, [](const ClearanceQuery& query) {
     MotionClearance best;
-    lowerClearance(query, {-1, -1}, best);
+    lowerClearance(query, best);
     if (best.triangles[0] > best.triangles[1]) swapBodies(best);
     return best;
   });

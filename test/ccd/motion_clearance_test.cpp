@@ -399,12 +399,12 @@ TEST(MotionClearance, OfFlatPlatesTakesFewTests) {
     return BodyMotion<double>(plate, from, to);
   };
   const BodyMotion<double> still = moving(kIdentity, kIdentity);
-  expectLeast(still, moving(at(0, 0, 0.3), at(0, 0, 0.3)), 0.3, 10000, 100);
-  expectLeast(moving(kIdentity, at(1, 2, 3)), moving(at(0, 0, 0.3), at(1, 2, 3.3)), 0.3, 10000,
+  expectLeast(still, moving(at(0, 0, 0.3), at(0, 0, 0.3)), 0.3, 25000, 100);
+  expectLeast(moving(kIdentity, at(1, 2, 3)), moving(at(0, 0, 0.3), at(1, 2, 3.3)), 0.3, 25000,
               100);
-  expectLeast(still, moving(at(0.01, 0, 0.01), at(0.5, 0.3, 0.01)), 0.01, 10000, 2000);
-  expectLeast(still, moving(at(-3, 0, 0.01), at(5, 0.3, 0.01)), 0.01, 10000, 2000);
-  expectLeast(still, moving(at(0.1, 0, 1e4), at(0.2, 0, 1e4)), 1e4, 10000, 100);
+  expectLeast(still, moving(at(0.01, 0, 0.01), at(0.5, 0.3, 0.01)), 0.01, 25000, 2000);
+  expectLeast(still, moving(at(-3, 0, 0.01), at(5, 0.3, 0.01)), 0.01, 25000, 2000);
+  expectLeast(still, moving(at(0.1, 0, 1e4), at(0.2, 0, 1e4)), 1e4, 25000, 100);
   const MotionClearance meets = leastDistance(still, moving(kIdentity, at(0.2, 0, 0)), 1e-5);
   EXPECT_TRUE(meets.meet());
   EXPECT_EQ(meets.time, 0);
