@@ -41,7 +41,8 @@
 ///
 /// **Errors.** std::invalid_argument like continuous_collision.h; if a tolerance is not above 1e-12
 /// of the coordinates of the bodies, or not finite; if a clearance is negative or not finite, or a
-/// limit negative or NaN; if a geometry is neither a DeformableMesh nor a shape; if both are planes or half-spaces.
+/// limit negative or NaN; if a geometry is neither a DeformableMesh nor a shape; if both are planes
+/// or half-spaces.
 ///
 /// **Threads.** Thread-safe on shared meshes. A query runs on the calling thread.
 namespace adaptive_bvh {

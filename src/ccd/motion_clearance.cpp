@@ -110,8 +110,7 @@ MotionClearance leastDistance(const BodyMotion<S>& first, const BodyMotion<S>& s
     best.upper = limit + tolerance;
     if (best.upper - tolerance < limit)
       best.upper = std::nextafter(best.upper, std::numeric_limits<double>::infinity());
-    if (!lowerClearance(query, best))
-      best.upper = std::numeric_limits<double>::infinity();
+    if (!lowerClearance(query, best)) best.upper = std::numeric_limits<double>::infinity();
     if (is_swapped) swapBodies(best);
     return best;
   });

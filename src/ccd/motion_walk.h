@@ -36,8 +36,8 @@ class BoxedBody {
   double scale_ = -1, begin_ = 0, end_ = 0;
 };
 
-/// By which a walk multiplies coordinates: a power of two that brings the first body's size to about
-/// 1.
+/// By which a walk multiplies coordinates: a power of two that brings the first body's size to
+/// about 1.
 inline double walkScale(const MovingBody& first) {
   const double size = std::clamp(first.radius(), 1e-200, 1e200);
   return std::ldexp(1., -std::ilogb(size));

@@ -69,10 +69,10 @@ void MovingBoxes::make(std::size_t node) {
   made_[node] = epoch_;
   const WideNode& links = links_[node];
   for (std::size_t e = 0; e < 2; ++e)
-    nodes_[e][node].boxes =
-        links.isLeaf() ? boxesOfLeaf(body_->mesh()->tree, links, margin_,
-                                     [&](std::size_t v) { return positionOf(v, e); })
-                       : changes_[e](links.boxes);
+    nodes_[e][node].boxes = links.isLeaf()
+                                ? boxesOfLeaf(body_->mesh()->tree, links, margin_,
+                                              [&](std::size_t v) { return positionOf(v, e); })
+                                : changes_[e](links.boxes);
 }
 
 Float4 MovingBoxes::positionOf(std::size_t vertex, std::size_t end) const {

@@ -57,8 +57,8 @@ class MovingBoxes {
   std::vector<std::uint32_t> made_;  ///< the epoch in which each node was made
   std::uint32_t epoch_ = 0;
   bool is_lazy_ = false;
-  FrameChange changes_[2];            ///< from the mesh's tree
-  std::vector<Float4> positions_;     ///< of a mesh that deforms, at one end, by vertex
+  FrameChange changes_[2];         ///< from the mesh's tree
+  std::vector<Float4> positions_;  ///< of a mesh that deforms, at one end, by vertex
   Float4 margin_ = float4::all(0);
   fcl::Vector3d origins_[2];
   double size_ = 0;

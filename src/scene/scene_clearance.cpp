@@ -83,8 +83,8 @@ WorldBox sweptBox(const Body& body, FramePath path) {
   return {box.low.array() - margin, box.high.array() + margin};
 }
 
-/// Boxes that together hold the motion of a body, which `whole` holds: those of the upper nodes of a
-/// mesh. A hose is in few places of its box.
+/// Boxes that together hold the motion of a body, which `whole` holds: those of the upper nodes of
+/// a mesh. A hose is in few places of its box.
 std::vector<WorldBox> boxesOf(BoxedBody& boxed, const WorldBox& whole) {
   const MovingBody& body = boxed.body;
   if (!body.mesh() || body.acceleration() > 0) return {whole};

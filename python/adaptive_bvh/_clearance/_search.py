@@ -13,6 +13,7 @@ What is neither above the limit nor above the least distance seen is asked durin
 """
 
 import threading
+from functools import partial
 from typing import Callable, Dict, List, NamedTuple, Optional
 
 import numpy as np
@@ -284,7 +285,7 @@ class Search:
                 rows = body.chunks.vertices[chunk]
                 motions[chunk] = Motion(body.mesh(chunk), start[rows], vertices[rows])
             floor[i] = follow(pairs[p], motions[chunk], self.parts[p].mesh, frame, self._settings,
-                              known, slack, lambda triangle, of=chunk: body.triangle(of, triangle))
+                              known, slack, partial(body.triangle, chunk))
         reach.now = after
         lower = np.full(len(pairs), np.inf)
         np.minimum.at(lower, reach.parts, floor)
