@@ -1,6 +1,7 @@
 """The command: one run, and what it says and writes."""
 
 import argparse
+import os
 import sys
 from typing import Dict, List, Optional, Sequence as Many
 
@@ -34,17 +35,23 @@ def run(arguments: argparse.Namespace) -> int:
         say(f"warning: {warning}")
     for problem in outcome.all_problems:
         say(f"error: {problem}")
-    print(headline(outcome))
-    print(text_table(outcome, numberings))
-    _say_checked(outcome, numberings)
-    return max(outcome.status, _write(arguments, outcome, sequences, parts, numberings))
+    status = max(outcome.status, _write(arguments, outcome, sequences, parts, numberings))
+    _print([headline(outcome), text_table(outcome, numberings), *_checked(outcome, numberings)])
+    return status
 
 
-def _say_checked(outcome: Outcome, numberings: Dict[str, Numbering]) -> None:
-    for body in outcome.bodies:
-        if not body.is_complete:
-            done = checked_text(body, numberings[body.name]) or "none"
-            print(f"{body.label}: only these frames were checked: {done}")
+def _checked(outcome: Outcome, numberings: Dict[str, Numbering]) -> List[str]:
+    return [f"{body.label}: only these frames were checked: "
+            f"{checked_text(body, numberings[body.name]) or 'none'}"
+            for body in outcome.bodies if not body.is_complete]
+
+
+def _print(lines: List[str]) -> None:
+    """Prints lines as far as somebody reads them: `| head` may not."""
+    try:
+        print("\n".join(lines), flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _write(arguments: argparse.Namespace, outcome: Outcome, sequences: List[Sequence],
