@@ -22,10 +22,17 @@ draw() {
 "$examples/tools/compare_with_fcl" --page "$work/helmet.html"
 "$examples/08_clearance" --page "$work/clearance.html"
 "$examples/12_gripper" --page "$work/gripper.html" >/dev/null
+"$examples/tools/harness" "$work/harness" >/dev/null
+status=0  # 1: the clearance is not kept
+PYTHONPATH=$build/python /usr/bin/python3 -m adaptive_bvh clearance --clearance 5mm \
+  --moving "$work/harness/harness_*.ply" --parts "$work"/harness/bay/*.stl \
+  --report "$work/harness.html" >/dev/null || status=$?
+test "$status" -eq 1
 for program in tutorial contact_signs; do
   PYTHONPATH=$build/python /usr/bin/python3 "$root/python/examples/$program.py" \
     "$work/$program.html" >/dev/null
 done
+draw page_harness harness 1280,720 "view=0.55,0.5,0.62,0,0.1,0"
 draw page helmet 1280,740 "frame=113"
 draw page_clearance clearance 900,620 "frame=9"
 draw page_phone helmet 390,760 "frame=150" --force-device-scale-factor=1.5 \

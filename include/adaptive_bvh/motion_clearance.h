@@ -34,14 +34,16 @@
 /// time; a pair is then followed in time, along planes between its parts. Meshes that do not deform
 /// need no other preparation; for the others, boxes are made for the call. If bodies are about as
 /// near everywhere (a shaft that turns in its sleeve), a hundredth of the tolerance costs ten times
-/// as much.
+/// as much: two tubes of 20,000 triangles, 2 long and 0.03 apart, take 3.3 s of a processor with a
+/// tolerance of 1e-4, and 0.3 s if they stand still.
 ///
 /// **Units and frames.** Lengths and points are in the world, in double precision for meshes of
 /// either precision.
 ///
 /// **Errors.** std::invalid_argument like continuous_collision.h; if a tolerance is not above 1e-12
-/// of the coordinates of the bodies, or not finite; if a clearance is negative or not finite; if a
-/// geometry is neither a DeformableMesh nor a shape; if both are planes or half-spaces.
+/// of the coordinates of the bodies, or not finite; if a clearance is negative or not finite, or a
+/// limit negative or NaN; if a geometry is neither a DeformableMesh nor a shape; if both are planes
+/// or half-spaces.
 ///
 /// **Threads.** Thread-safe on shared meshes. A query runs on the calling thread.
 namespace adaptive_bvh {
@@ -84,7 +86,7 @@ struct MotionClearance {
   /// The bodies are at least so far apart at all times. 0 if they meet.
   double lower = std::numeric_limits<double>::infinity();
   /// At `time` they are at most so far apart. 0 if they meet; infinite if there is no pair of
-  /// parts.
+  /// parts, or none within the limit.
   double upper = std::numeric_limits<double>::infinity();
   /// When that is. If they meet, the time of the first impact: before it they are apart; at it they
   /// meet, or are nearer than 1e-10 of their coordinates (1e-7 for shapes).
@@ -100,7 +102,7 @@ struct MotionClearance {
 
   /// Whether the bodies meet.
   bool meet() const { return upper == 0; }
-  /// Whether there is a pair of parts.
+  /// Whether there is a pair of parts, within the limit.
   bool exists() const { return upper < std::numeric_limits<double>::infinity(); }
 };
 
@@ -110,14 +112,18 @@ struct MotionInterval {
   double end;    ///< not before `begin`
 };
 
-/// Returns the least distance of two bodies over their motions.
+/// Returns the least distance of two bodies over their motions. If they are at least `limit` apart
+/// at all times, that is all that the search finds out: `lower` is the limit, and `upper` infinite.
+/// A limit saves time where a distance is known already.
 template <typename S>
 MotionClearance leastDistance(const BodyMotion<S>& first, const BodyMotion<S>& second,
-                              double tolerance);
+                              double tolerance,
+                              double limit = std::numeric_limits<double>::infinity());
 /// Of two meshes whose vertices move on straight lines.
 template <typename S>
-MotionClearance leastDistance(const Motion<S>& first, const Motion<S>& second, double tolerance) {
-  return leastDistance(BodyMotion<S>(first), BodyMotion<S>(second), tolerance);
+MotionClearance leastDistance(const Motion<S>& first, const Motion<S>& second, double tolerance,
+                              double limit = std::numeric_limits<double>::infinity()) {
+  return leastDistance(BodyMotion<S>(first), BodyMotion<S>(second), tolerance, limit);
 }
 
 /// Finds the times at which two bodies are nearer than `clearance`: disjoint intervals in order.

@@ -1,4 +1,5 @@
 #include <array>
+#include <limits>
 #include <optional>
 #include <set>
 #include <string>
@@ -28,7 +29,9 @@ constexpr const char* kLeastDistance =
 MotionClearance. If the bodies meet, it is 0 with the time of the first impact.
 
 first, second: Motion or BodyMotion. Shapes are filled; of meshes the surfaces count.
-tolerance: a length, the largest difference of both bounds.)";
+tolerance: a length, the largest difference of both bounds.
+limit: a length. Bodies that are at least so far apart at all times are not searched further: lower
+    is the limit, and upper infinite.)";
 
 constexpr const char* kIntervalsBelow =
     R"(The times at which two bodies are nearer than `clearance`: (K, 2) float64, begins and ends.
@@ -118,9 +121,10 @@ auto withMeshes(const F& f, std::set<const LockedMesh*> meshes) {
   return f();
 }
 
-MotionClearance leastOf(const py::object& first, const py::object& second, double tolerance) {
+MotionClearance leastOf(const py::object& first, const py::object& second, double tolerance,
+                        double limit) {
   const MovingObject a = MovingObject::from(first), b = MovingObject::from(second);
-  return withMeshes([&] { return leastDistance(a.motion(), b.motion(), tolerance); },
+  return withMeshes([&] { return leastDistance(a.motion(), b.motion(), tolerance, limit); },
                     {a.mesh(), b.mesh()});
 }
 
@@ -195,7 +199,7 @@ void bindMotionClearance(py::module_& module) {
                  "A length: at all times the bodies are at least so far apart. 0 if they meet.")
       .attribute("upper", &C::upper,
                  "A length: at `time` they are at most so far apart. 0 if they meet; infinite if "
-                 "there is no pair of parts.")
+                 "there is no pair of parts, or none within the limit.")
       .attribute("time", &C::time, "0 to 1: when; if they meet, that of the first impact.")
       .attribute("triangles", &C::triangles, "(2,) int32: those that are so near; -1 of a shape.")
       .attribute("points", &C::points, "(2, 3) float64: nearest points at `time`, in the world.");
@@ -251,7 +255,7 @@ void bindMotions(py::module_& module) {
   bindMotionClearance(module);
   bindNeighbourhood(module);
   module.def("least_distance", &leastOf, "first"_a, "second"_a, "tolerance"_a,
-             docs::kLeastDistance);
+             "limit"_a = std::numeric_limits<double>::infinity(), docs::kLeastDistance);
   module.def("intervals_below", &intervalsOf, "first"_a, "second"_a, "clearance"_a, "tolerance"_a,
              docs::kIntervalsBelow);
   module.def("least_self_distance", &leastSelfOf, "mesh"_a, "left_out"_a, "tolerance"_a,

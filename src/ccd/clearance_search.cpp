@@ -162,25 +162,12 @@ void walkWith(const ClearanceQuery& query, Goal& goal, std::size_t& box_tests) {
   box_tests += search.boxTests();
 }
 
-/// The leaf index of a triangle.
-unsigned leafIndexOf(const MeshState& mesh, int triangle) {
-  const std::vector<Int4>& corners = mesh.topology->leaves.corners;
-  const auto at = std::find_if(corners.begin(), corners.end(),
-                               [&](const Int4& leaf) { return leaf[3] == triangle; });
-  return static_cast<unsigned>(at - corners.begin());
-}
-
 template <typename Pair>
-bool lowerOf(const ClearanceQuery& query, const std::array<int, 2>& hint, MotionClearance& best) {
+bool lowerOf(const ClearanceQuery& query, MotionClearance& best) {
   LeastDistance<Pair> goal(query, best);
-  const auto partOf = [](const MovingBody& body, int triangle) {
-    return body.mesh() ? leafIndexOf(*body.mesh(), triangle) : 0u;
-  };
-  if (hint[0] >= 0 || hint[1] >= 0)
-    goal.leaf(partOf(query.first.body, hint[0]), partOf(query.second.body, hint[1]), 0, 1);
   walkWith(query, goal, best.box_tests);
-  if (!goal.isImproved()) return false;
   best.lower = std::max(0., std::min(best.upper - query.tolerance, goal.unresolved()));
+  if (!goal.isImproved()) return false;
   if (best.upper <= query.tolerance) {
     FirstImpact<Pair> impact(query, best);
     walkWith(query, impact, best.box_tests);
@@ -219,11 +206,10 @@ void requireTolerable(const ClearanceQuery& query) {
                                 "; for these bodies it must be finite and above " + textOf(least));
 }
 
-bool lowerClearance(const ClearanceQuery& query, const std::array<int, 2>& hint,
-                    MotionClearance& best) {
-  if (query.second.body.flat()) return lowerOf<FlatPair>(query, hint, best);
-  if (query.second.body.mesh()) return lowerOf<MovingTrianglePair>(query, hint, best);
-  return lowerOf<SolidPair>(query, hint, best);
+bool lowerClearance(const ClearanceQuery& query, MotionClearance& best) {
+  if (query.second.body.flat()) return lowerOf<FlatPair>(query, best);
+  if (query.second.body.mesh()) return lowerOf<MovingTrianglePair>(query, best);
+  return lowerOf<SolidPair>(query, best);
 }
 
 void findIntervalsBelow(const ClearanceQuery& query, double clearance,

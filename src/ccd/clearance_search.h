@@ -25,11 +25,9 @@ int orderOf(const MovingBody& body);
 void swapBodies(MotionClearance& clearance);
 
 /// Lowers `best` to the least distance, if that is less than best.upper - tolerance, and to 0 with
-/// the time of the first impact if the bodies meet. `hint`: triangles that may be near at some
-/// time, or -1. Returns whether `best` has changed. If not, the bodies are at least best.upper -
-/// tolerance apart.
-bool lowerClearance(const ClearanceQuery& query, const std::array<int, 2>& hint,
-                    MotionClearance& best);
+/// the time of the first impact if the bodies meet. Sets best.lower. Returns whether best.upper has
+/// changed. If not, the bodies are at least best.upper - tolerance apart.
+bool lowerClearance(const ClearanceQuery& query, MotionClearance& best);
 
 /// Finds the times at which the bodies are nearer than a clearance.
 void findIntervalsBelow(const ClearanceQuery& query, double clearance,

@@ -103,10 +103,14 @@ auto withItself(const BodyMotion<S>& motion, const SurfaceNeighbourhood& left_ou
 
 template <typename S>
 MotionClearance leastDistance(const BodyMotion<S>& first, const BodyMotion<S>& second,
-                              double tolerance) {
-  return withBodies(first, second, tolerance, [](const ClearanceQuery& query, bool is_swapped) {
+                              double tolerance, double limit) {
+  if (!(limit >= 0)) throw std::invalid_argument("adaptive_bvh: a limit is negative or NaN");
+  return withBodies(first, second, tolerance, [&](const ClearanceQuery& query, bool is_swapped) {
     MotionClearance best;
-    lowerClearance(query, {-1, -1}, best);
+    best.upper = limit + tolerance;
+    if (best.upper - tolerance < limit)
+      best.upper = std::nextafter(best.upper, std::numeric_limits<double>::infinity());
+    if (!lowerClearance(query, best)) best.upper = std::numeric_limits<double>::infinity();
     if (is_swapped) swapBodies(best);
     return best;
   });
@@ -126,7 +130,7 @@ MotionClearance leastSelfDistance(const BodyMotion<S>& mesh, const SurfaceNeighb
                                   double tolerance, const IgnoredPairs& ignored) {
   return withItself(mesh, left_out, tolerance, ignored, [](const ClearanceQuery& query) {
     MotionClearance best;
-    lowerClearance(query, {-1, -1}, best);
+    lowerClearance(query, best);
     if (best.triangles[0] > best.triangles[1]) swapBodies(best);
     return best;
   });
@@ -142,7 +146,8 @@ void selfIntervalsBelow(const BodyMotion<S>& mesh, const SurfaceNeighbourhood& l
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(S)                                                             \
-  template MotionClearance leastDistance(const BodyMotion<S>&, const BodyMotion<S>&, double);   \
+  template MotionClearance leastDistance(const BodyMotion<S>&, const BodyMotion<S>&, double,    \
+                                         double);                                               \
   template void intervalsBelow(const BodyMotion<S>&, const BodyMotion<S>&, double, double,      \
                                std::vector<MotionInterval>&);                                   \
   template MotionClearance leastSelfDistance(const BodyMotion<S>&, const SurfaceNeighbourhood&, \

@@ -12,11 +12,11 @@ constexpr double kEmptyExtent = -std::numeric_limits<double>::infinity();
 }  // namespace
 
 std::size_t MotionSupports::cost(const MovingBody& first, const MovingBody& second) {
-  constexpr std::size_t kFewest = 64, kVerticesPerTest = 8;
+  constexpr std::size_t kFewest = 64;
   std::size_t vertices = 0;
   for (const MovingBody* body : {&first, &second})
     if (body->mesh()) vertices += body->mesh()->vertices.size();
-  return kFewest + vertices / kVerticesPerTest;
+  return kFewest + vertices;
 }
 
 void MotionSupports::assign(const MovingBody& first, const MovingBody& second,

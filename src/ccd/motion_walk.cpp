@@ -186,12 +186,6 @@ int MotionWalk::numParts() const {
   return 1 << static_cast<int>(std::ceil(std::log2(std::clamp(parts, 1., kMost))));
 }
 
-/// Brings the first body's size to about 1.
-double MotionWalk::scale() const {
-  const double size = std::clamp(first_.body.radius(), 1e-200, 1e200);
-  return std::ldexp(1., -std::ilogb(size));
-}
-
 int MotionWalk::nearestOf(unsigned pairs, const Gaps4x4& keys) {
   int nearest = __builtin_ctz(pairs);
   for (unsigned rest = pairs & (pairs - 1); rest; rest &= rest - 1) {

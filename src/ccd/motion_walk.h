@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "ccd/motion_supports.h"
@@ -34,6 +35,13 @@ class BoxedBody {
   MovingBoxes& boxes_;
   double scale_ = -1, begin_ = 0, end_ = 0;
 };
+
+/// By which a walk multiplies coordinates: a power of two that brings the first body's size to
+/// about 1.
+inline double walkScale(const MovingBody& first) {
+  const double size = std::clamp(first.radius(), 1e-200, 1e200);
+  return std::ldexp(1., -std::ilogb(size));
+}
 
 /// Compares boxes of two nodes, four of each, in a part of the motion.
 class NodePairTest {
@@ -119,7 +127,7 @@ class MotionWalk {
 
   void setSupports(const fcl::Vector3d& direction);
   int numParts() const;
-  double scale() const;
+  double scale() const { return walkScale(first_.body); }
   bool isSelf() const { return &first_ == &second_; }
 
   template <typename Goal>

@@ -35,9 +35,15 @@ class MovingBody {
     double t;
     FrameAt frame;
   };
-  At at(double t) const { return {t, frame_.at(t)}; }
+  At at(double t) const {
+    if (t == 0) return {0, from_};
+    if (t == 1) return {1, to_};
+    return {t, frame_.at(t)};
+  }
   fcl::Vector3d vertex(std::size_t v, const At& at) const {
     if (is_undeformed_ && frame_.isRigid()) return at.frame(start_[v]);
+    if (at.t == 0) return from_(start_[v]);
+    if (at.t == 1) return to_(end_[v]);
     if (frame_.isScrew()) return at.frame((1 - at.t) * start_[v] + at.t * end_[v]);
     return (1 - at.t) * from_(start_[v]) + at.t * to_(end_[v]);
   }

@@ -25,7 +25,8 @@ struct MovingNode {
 class MovingBoxes {
  public:
   /// `scale`: a power of two, by which coordinates are multiplied. The boxes of a mesh that deforms
-  /// are computed here; those of others where they are read.
+  /// are computed here; those of others where they are read: of inner nodes those of the mesh's
+  /// tree, turned; of leaves from the vertices. Refers to the body.
   void assign(const MovingBody& body, double scale, double begin, double end);
 
   /// Links of the nodes; their boxes are not those of the motion.
@@ -43,18 +44,21 @@ class MovingBoxes {
 
  private:
   void make(std::size_t node);
-  void assignUndeformed(const MovingBody& body, double scale);
-  void assignDeformed(const MovingBody& body, double scale, const MovingBody::At (&ends)[2]);
-  void assignSolid(const MovingBody& body, double scale, const MovingBody::At (&ends)[2]);
-  void refitLeaf(const WideTree& tree, std::size_t end, WideNode& leaf) const;
+  void assignUndeformed();
+  void assignDeformed();
+  void assignSolid();
+  Float4 positionOf(std::size_t vertex, std::size_t end) const;
 
+  const MovingBody* body_ = nullptr;
+  MovingBody::At ends_[2];
+  double scale_ = 1;
   const WideNode* links_ = nullptr;
   std::vector<WideNode> nodes_[2];   ///< at both ends; links only of a mesh that deforms
   std::vector<std::uint32_t> made_;  ///< the epoch in which each node was made
   std::uint32_t epoch_ = 0;
   bool is_lazy_ = false;
-  FrameChange changes_[2];            ///< from the mesh's tree
-  std::vector<Float4> positions_[2];  ///< of a mesh that deforms, by vertex
+  FrameChange changes_[2];         ///< from the mesh's tree
+  std::vector<Float4> positions_;  ///< of a mesh that deforms, at one end, by vertex
   Float4 margin_ = float4::all(0);
   fcl::Vector3d origins_[2];
   double size_ = 0;

@@ -76,13 +76,12 @@ Vector materialPoint(const MovingBody::At& at, const Vector& x, const MovingBody
 
 }  // namespace
 
-std::array<Vector, 3> MovingTrianglePair::guesses(const At& at) {
+Vector MovingTrianglePair::guess(const At& at, int i) {
   const Vector between = at.b[0] + at.b[1] + at.b[2] - at.a[0] - at.a[1] - at.a[2];
-  const auto normalOf = [&](const Triangle& t) -> Vector {
-    const Vector normal = (t[1] - t[0]).cross(t[2] - t[0]).stableNormalized();
-    return normal.dot(between) < 0 ? Vector(-normal) : normal;
-  };
-  return {between.stableNormalized(), normalOf(at.a), normalOf(at.b)};
+  if (i == 0) return between.stableNormalized();
+  const Triangle& t = i == 1 ? at.a : at.b;
+  const Vector normal = (t[1] - t[0]).cross(t[2] - t[0]).stableNormalized();
+  return normal.dot(between) < 0 ? Vector(-normal) : normal;
 }
 
 std::array<Vector, 11> MovingTrianglePair::manyGuesses(const At& at, const Vector& n) {
@@ -135,11 +134,11 @@ double SolidPair::separation(const At& at, const Vector& n) const {
   return n.dot(second_.support(at.b, -n)) - first;
 }
 
-std::array<Vector, 1> SolidPair::guesses(const At& at) const {
+Vector SolidPair::guess(const At& at, int) const {
   const Vector middle = first_.mesh()
                             ? Vector((at.triangle[0] + at.triangle[1] + at.triangle[2]) / 3)
                             : at.a.frame(first_.middle());
-  return {(at.b.frame(second_.middle()) - middle).stableNormalized()};
+  return (at.b.frame(second_.middle()) - middle).stableNormalized();
 }
 
 double SolidPair::farthest(const At& a, const At& b, const At& at, const TriangleGap& gap) const {

@@ -18,7 +18,7 @@
 //   farthest(a, b, c, gap)  an upper bound of the distance between the times of a and b, given the
 //                           gap at the time of c
 //   gapError(distance)      bound of the error of a distance at a time
-//   guesses(at)             directions that may separate the parts; a zero vector is none
+//   kGuesses, guess(at, i)  directions that may separate the parts; a zero vector is none
 //   manyGuesses(at, n)      more of them, for parts so near that the direction n between their
 //                           nearest points has lost its digits
 //
@@ -95,7 +95,8 @@ class MovingTrianglePair : public PairOfParts {
            std::max({0., n.dot(at.a[1] - origin), n.dot(at.a[2] - origin)});
   }
   /// The direction between the middles of both, and both normals.
-  static std::array<fcl::Vector3d, 3> guesses(const At& at);
+  static constexpr int kGuesses = 3;
+  static fcl::Vector3d guess(const At& at, int i);
   /// Both normals, and what is perpendicular to an edge of each.
   static std::array<fcl::Vector3d, 11> manyGuesses(const At& at, const fcl::Vector3d& n);
   double farthest(const At& a, const At& b, const At& at, const TriangleGap& gap) const;
@@ -116,9 +117,10 @@ class SolidPair : public PairOfParts {
   At at(double t) const;
   TriangleGap gap(const At& at) const;
   double separation(const At& at, const fcl::Vector3d& n) const;
-  std::array<fcl::Vector3d, 1> guesses(const At& at) const;
+  static constexpr int kGuesses = 1;
+  fcl::Vector3d guess(const At& at, int) const;
   std::array<fcl::Vector3d, 1> manyGuesses(const At& at, const fcl::Vector3d&) const {
-    return guesses(at);
+    return {guess(at, 0)};
   }
   double farthest(const At& a, const At& b, const At& at, const TriangleGap& gap) const;
   double gapError(double distance) const { return slack_.ofGap(distance, 0x1p-40); }
@@ -140,11 +142,10 @@ class FlatPair : public PairOfParts {
   At at(double t) const;
   TriangleGap gap(const At& at) const;
   double separation(const At& at, const fcl::Vector3d& n) const;
-  static std::array<fcl::Vector3d, 1> guesses(const At& at) {
-    return {-at.normal.stableNormalized()};
-  }
+  static constexpr int kGuesses = 1;
+  static fcl::Vector3d guess(const At& at, int) { return -at.normal.stableNormalized(); }
   static std::array<fcl::Vector3d, 1> manyGuesses(const At& at, const fcl::Vector3d&) {
-    return guesses(at);
+    return {guess(at, 0)};
   }
   double slack(const At& a, const At& b) const;
   double farthest(const At& a, const At& b, const At& at, const TriangleGap& gap) const;

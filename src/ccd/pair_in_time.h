@@ -63,8 +63,8 @@ bool isApartAlong(const Pair& pair, const typename Pair::At& a, const typename P
 template <typename Pair>
 bool isApartByGuess(const Pair& pair, const typename Pair::At& a, const typename Pair::At& b,
                     double distance) {
-  for (const fcl::Vector3d& n : pair.guesses(a))
-    if (isApartAlong(pair, a, b, n, distance)) return true;
+  for (int i = 0; i < Pair::kGuesses; ++i)
+    if (isApartAlong(pair, a, b, pair.guess(a, i), distance)) return true;
   return false;
 }
 

@@ -32,9 +32,22 @@ void checkPose(const std::string& call, const fcl::Transform3d& tf) {
   if (!tf.matrix().allFinite()) refuse(call, "the transform is not finite");
 }
 
+/// A clearance for each vertex in a Blob.
+struct ClearanceBlock {
+  const std::uint16_t* steps = nullptr;  ///< in the Blob: one a vertex (see Steps)
+  std::size_t begin = 0, count = 0;      ///< beginning in the Blob; number of vertices
+  double low = 0, high = 0;              ///< the smallest and the largest
+
+  bool operator==(const ClearanceBlock& other) const {
+    return count == other.count && low == other.low && high == other.high &&
+           std::equal(steps, steps + count, other.steps);
+  }
+};
+
 /// What was recorded last of a body: the values that the next frame is compared with.
 struct LastFrame {
   PointBlock positions;
+  ClearanceBlock clearance;
   json pose;
   const VolumeRecord* volumes = nullptr;            ///< in the Blob
   std::size_t volumes_begin = 0, volume_count = 0;  ///< beginning in the Blob; number of volumes
@@ -183,12 +196,18 @@ json asJson(const UpdateReport& report) {
           {"displacement", report.largest_displacement}};
 }
 
-json appendClearance(const std::vector<double>& values, Blob& blob) {
+/// Appends values, unless they equal those of `last`, which becomes what was appended.
+json appendClearance(const std::vector<double>& values, ClearanceBlock& last, Blob& blob) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  const std::size_t begin = blob.size();
-  auto* out = blob.extend<std::uint16_t>(values.size());
-  std::transform(values.begin(), values.end(), out, Steps(*low, *high - *low));
-  return {{"at", begin}, {"low", *low}, {"high", *high}};
+  ClearanceBlock now{nullptr, blob.size(), values.size(), *low, *high};
+  auto* const steps = blob.extend<std::uint16_t>(values.size());
+  now.steps = steps;
+  std::transform(values.begin(), values.end(), steps, Steps(*low, *high - *low));
+  if (now == last)
+    blob.takeBack(now.begin);
+  else
+    last = now;
+  return {{"at", last.begin}, {"low", last.low}, {"high", last.high}};
 }
 
 json appendPatches(const TrianglePatches& patches, Blob& blob) {
@@ -479,7 +498,8 @@ std::string Recording::State::textOfFrame(const FrameResults& results) {
     return frame["bodies"][static_cast<std::size_t>(body)];
   };
   for (const VertexValues& clearance : results.clearance)
-    jsonOfBody(clearance.body)["clearance"] = appendClearance(clearance.values, blob);
+    jsonOfBody(clearance.body)["clearance"] = appendClearance(
+        clearance.values, bodies[static_cast<std::size_t>(clearance.body)].last.clearance, blob);
   for (const TrianglePatches& patches : results.patches)
     jsonOfBody(patches.body)["patches"] = appendPatches(patches, blob);
   return (frame_count > 0 ? "," : "") + textOf(frame);

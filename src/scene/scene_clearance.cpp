@@ -1,6 +1,5 @@
 // Least distances of a scene's bodies over a step, and the times at which they are too near.
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -84,6 +83,40 @@ WorldBox sweptBox(const Body& body, FramePath path) {
   return {box.low.array() - margin, box.high.array() + margin};
 }
 
+/// Boxes that together hold the motion of a body, which `whole` holds: those of the upper nodes of
+/// a mesh. A hose is in few places of its box.
+std::vector<WorldBox> boxesOf(BoxedBody& boxed, const WorldBox& whole) {
+  const MovingBody& body = boxed.body;
+  if (!body.mesh() || body.acceleration() > 0) return {whole};
+  const double scale = walkScale(body);
+  boxed.prepare(scale, 0, 1);
+  MovingBoxes& boxes = boxed.boxes();
+  constexpr int kLevels = 2;
+  std::vector<int> nodes = {0}, below;
+  for (int level = 0; level < kLevels; ++level, nodes.swap(below)) {
+    below.clear();
+    for (const int node : nodes) {
+      const WideNode& links = boxes.links()[node];
+      if (links.isLeaf()) below.push_back(node);
+      for (int i = 0; i < int(links.count) && !links.isLeaf(); ++i) below.push_back(links.below[i]);
+    }
+  }
+  std::vector<WorldBox> result;
+  for (const int node : nodes) {
+    const MovingNode moving = boxes[node];
+    for (int i = 0; i < int(boxes.links()[node].count); ++i) {
+      WorldBox ends[2];
+      for (int e = 0; e < 2; ++e)
+        for (int k = 0; k < 3; ++k) {
+          ends[e].low[k] = double(moving.at[e]->low[k][i]) / scale + boxes.origin(e)[k];
+          ends[e].high[k] = double(moving.at[e]->high[k][i]) / scale + boxes.origin(e)[k];
+        }
+      result.push_back(aroundBoth(ends[0], ends[1]));
+    }
+  }
+  return result;
+}
+
 /// A candidate of a query, by the distance of the boxes around the motions.
 struct Candidate {
   double gap;
@@ -93,6 +126,12 @@ struct Candidate {
     return a.gap != b.gap ? a.gap < b.gap : a.index < b.index;
   }
 };
+
+double leastGap(const std::vector<WorldBox>& boxes, const WorldBox& other) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const WorldBox& box : boxes) least = std::min(least, gapOf(box, other));
+  return least;
+}
 
 /// Memory of a query of one pair.
 struct PairMemory {
@@ -109,12 +148,12 @@ class NearestOverStep {
         path_(path),
         boxed_(first_.moving(), memory_->first) {
     const WorldBox box = sweptBox(body, path);
+    const std::vector<WorldBox> boxes = boxesOf(boxed_, box);
     for (unsigned i = 0; i < scene.bodies.size(); ++i) {
       const Body& other = scene.bodies[i];
       if (&other == &body || !scene.admits(body, other)) continue;
       const bool is_bounded = box.isBounded() && other.box.isBounded();
-      const double gap = is_bounded ? gapOf(box, sweptBox(other, path)) : 0.;
-      candidates_.push_back({gap, i});
+      candidates_.push_back({is_bounded ? leastGap(boxes, sweptBox(other, path)) : 0., i});
     }
     std::sort(candidates_.begin(), candidates_.end());
   }
@@ -136,7 +175,7 @@ class NearestOverStep {
     const bool swaps = orderOf(first_.moving()) > orderOf(other.moving());
     const ClearanceQuery query = {swaps ? second : boxed_, swaps ? boxed_ : second, tolerance_};
     requireTolerable(query);
-    if (!lowerClearance(query, {-1, -1}, best.clearance)) return false;
+    if (!lowerClearance(query, best.clearance)) return false;
     best.bodies = {first_.body.id, other.body.id};
     if (swaps) swapBodies(best.clearance);
     return true;

@@ -282,6 +282,11 @@ TEST(PageRecording, ResultsAreThoseGiven) {
   recording.frame(results);
   recording.place(of_a, far);
   recording.frame();
+  const std::size_t bytes = recording.bytes();
+  recording.frame(FrameResults().addClearance(of_a, clearances));
+  EXPECT_LT(recording.bytes() - bytes, clearances.size()) << "equal clearances are kept once";
+  clearances[7] = 0;
+  recording.frame(FrameResults().addClearance(of_a, clearances));
 
   const Page page(recording);
   const json frame = page.run["frames"][0];
@@ -301,6 +306,8 @@ TEST(PageRecording, ResultsAreThoseGiven) {
   EXPECT_EQ(clearance["high"], 0.25);
   const auto steps = page.numbers<std::uint16_t>(clearance["at"], clearances.size());
   for (std::size_t v = 0; v < steps.size(); ++v) EXPECT_EQ(steps[v], v == 7 ? 0 : 65535);
+  EXPECT_EQ(page.run["frames"][2]["bodies"][0]["clearance"], clearance);
+  EXPECT_EQ(page.run["frames"][3]["bodies"][0]["clearance"]["low"], 0);
   EXPECT_EQ(frame["bodies"][1]["pose"][11], -0.1);
   EXPECT_EQ(page.run["frames"][1]["bodies"][0]["pose"][11], -3);
   EXPECT_FALSE(page.run["frames"][1]["bodies"][1].contains("pose")) << "as before";

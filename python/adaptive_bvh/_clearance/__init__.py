@@ -8,7 +8,8 @@
 | `_files`, `_ply` | sequences of numbered files |
 | `_arrays`, `_gltf`, `_gltf_document` | sequences in one file: .npz, .pc2, animations of glTF |
 | `_motion` | the queries between two frames |
-| `_search`, `_results` | the search over all frames of a body, and what it finds |
+| `_search`, `_couples` | the search over all frames: of a body and the parts, of two moving bodies |
+| `_settings`, `_results` | what a search is asked for, and what it finds |
 | `_run`, `_progress` | a whole run: threads, Ctrl-C, time left |
 | `_command`, `_table` | one run of the command: its text, the CSV file |
 | `_report`, `_report_html` | the page |

@@ -20,6 +20,13 @@ example:
 """
 
 
+class _Length(argparse.Action):
+    """A length, also with a space before its unit."""
+
+    def __call__(self, parser, namespace, values, option_string=None):
+        setattr(namespace, self.dest, " ".join(values))
+
+
 def parser() -> argparse.ArgumentParser:
     top = argparse.ArgumentParser(prog="adaptive_bvh",
                                   description="Exact distances of moving triangle meshes.")
@@ -36,7 +43,7 @@ def parser() -> argparse.ArgumentParser:
         help="the frames of a moving body, in the order of their numbers; once for each body")
     add("--parts", nargs="+", action="extend", metavar="FILE", default=[],
         help="the parts around, which stand still; one part a file")
-    add("--clearance", metavar="LENGTH", default="0",
+    add("--clearance", metavar="LENGTH", nargs="+", action=_Length, default="0",
         help="the clearance to be kept, such as 5mm or 0.2in; a number without a unit is in the "
              "unit of the files; 0, or none: whether they touch")
     add("--report", metavar="FILE", help="writes a page (HTML) that plays the motion")
@@ -49,7 +56,7 @@ def parser() -> argparse.ArgumentParser:
         help="the axis that points up: turns glTF and Collada, which declare theirs, and the page")
     add("--ignore", nargs="+", action="extend", metavar="PAIR", default=[],
         help="leaves pairs out: PART or MOVING:PART, with * and ?, such as 'hose:clip_*'")
-    add("--tolerance", metavar="LENGTH",
+    add("--tolerance", metavar="LENGTH", nargs="+", action=_Length,
         help="between the bounds of the least clearances; default: a thousandth of the clearance")
     add("--rate", type=float, default=30.0, metavar="N",
         help="frames a second in which animations of glTF are sampled; default: 30")

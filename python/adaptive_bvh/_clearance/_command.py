@@ -1,6 +1,7 @@
 """The command: one run, and what it says and writes."""
 
 import argparse
+import os
 import sys
 from typing import Dict, List, Optional, Sequence as Many
 
@@ -10,7 +11,7 @@ from ._inputs import InputError, Inputs
 from ._lengths import LengthError
 from ._opening import Part
 from ._progress import Progress
-from ._run import INTERRUPTED, WRONG_INPUT, Outcome, check
+from ._run import INTERRUPTED, WRONG_INPUT, Outcome, check, num_steps
 from ._table import Numbering, checked_text, csv_text, headline, text_table, write_whole
 
 
@@ -24,7 +25,7 @@ def run(arguments: argparse.Namespace) -> int:
     parts = inputs.open_parts()
     sequences = inputs.open_moving()
     outcome = inputs.outcome
-    progress = Progress("checking", sum(max(len(s) - 1, 1) for s in sequences))
+    progress = Progress("checking", num_steps(sequences, arguments.ignore))
     check(sequences, parts, inputs.settings(parts), outcome, ignored=arguments.ignore,
           threads=arguments.threads, advance=progress.advance,
           on_stop=lambda: say("\nCtrl-C: ends here, and reports what was done"))
@@ -34,17 +35,23 @@ def run(arguments: argparse.Namespace) -> int:
         say(f"warning: {warning}")
     for problem in outcome.all_problems:
         say(f"error: {problem}")
-    print(headline(outcome))
-    print(text_table(outcome, numberings))
-    _say_checked(outcome, numberings)
-    return max(outcome.status, _write(arguments, outcome, sequences, parts, numberings))
+    status = max(outcome.status, _write(arguments, outcome, sequences, parts, numberings))
+    _print([headline(outcome), text_table(outcome, numberings), *_checked(outcome, numberings)])
+    return status
 
 
-def _say_checked(outcome: Outcome, numberings: Dict[str, Numbering]) -> None:
-    for body in outcome.bodies:
-        if not body.is_complete:
-            done = checked_text(body, numberings[body.name]) or "none"
-            print(f"{body.name}: only these frames were checked: {done}")
+def _checked(outcome: Outcome, numberings: Dict[str, Numbering]) -> List[str]:
+    return [f"{body.label}: only these frames were checked: "
+            f"{checked_text(body, numberings[body.name]) or 'none'}"
+            for body in outcome.bodies if not body.is_complete]
+
+
+def _print(lines: List[str]) -> None:
+    """Prints lines as far as somebody reads them: `| head` may not."""
+    try:
+        print("\n".join(lines), flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _write(arguments: argparse.Namespace, outcome: Outcome, sequences: List[Sequence],
@@ -63,7 +70,8 @@ def _write(arguments: argparse.Namespace, outcome: Outcome, sequences: List[Sequ
             write_report(arguments.report, outcome, sequences, parts, numberings,
                          up=arguments.up or "z")
         except (OSError, RuntimeError) as error:
-            say(f"error: {arguments.report} cannot be written ({error})")
+            reason = error.strerror if isinstance(error, OSError) else error
+            say(f"error: {arguments.report} cannot be written ({reason}); name another file")
             status = WRONG_INPUT
     return status
 

@@ -92,7 +92,7 @@ class NumberedFiles(Sequence):
             one = len(missing) == 1 and missing[0].isdigit()
             self.problems.append(
                 f"{self.name}: {f'frame {text} is' if one else f'frames {text} are'} missing, so "
-                f"nothing is known about the motion there; add these files")
+                f"nothing is known about the motion there; add {'its file' if one else 'these files'}")
 
     def _open_first(self) -> None:
         """The first file that can be read says which triangles there are."""

@@ -1,7 +1,7 @@
 """A frame of a sequence, and how the vertices of its triangles are joined."""
 
 from collections import Counter
-from typing import List, NamedTuple, Optional
+from typing import Dict, List, NamedTuple, Optional
 
 import numpy as np
 import numpy.typing as npt
@@ -102,11 +102,37 @@ def is_same_surface(a: Ints, b: Ints) -> bool:
     return not difference
 
 
-class Frame(NamedTuple):
+class Frame:
     """Positions as in the file, in the unit of the run. Frames of equal triangles share `shape`."""
 
-    positions: Floats
-    shape: Shape
+    def __init__(self, positions: Floats, shape: Shape):
+        self.positions, self.shape = positions, shape
+        self._vertices: Dict[Topology, Optional[Floats]] = {}
+
+    def vertices(self, topology: Topology) -> Optional[Floats]:
+        """Those of one of the shape's topologies; None where they have come apart."""
+        if topology not in self._vertices:
+            self._vertices[topology] = topology.vertices(self.positions)
+        return self._vertices[topology]
+
+
+class Step(NamedTuple):
+    """Two frames in one topology."""
+
+    topology: Topology
+    before: Floats
+    after: Floats
+
+
+def step_between(a: Optional[Frame], b: Optional[Frame]) -> Optional[Step]:
+    """None if a frame is, or if their triangles differ."""
+    if a is None or b is None or a.shape is not b.shape:
+        return None
+    for topology in a.shape.topologies:
+        before, after = a.vertices(topology), b.vertices(topology)
+        if before is not None and after is not None:
+            return Step(topology, before, after)
+    return None
 
 
 class Sequence:

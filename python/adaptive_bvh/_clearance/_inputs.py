@@ -7,9 +7,9 @@ from typing import List, Sequence as Many
 from ._files import IN_METRES, Reading
 from ._frames import Sequence, SequenceError
 from ._lengths import length_from, unit_from
-from ._opening import Part, distinct, expanded, open_moving, open_part
+from ._opening import Part, distinct, expanded, extent_of, open_moving, open_part
 from ._run import Outcome
-from ._search import Settings
+from ._settings import Settings
 
 
 class InputError(ValueError):
@@ -50,7 +50,8 @@ class Inputs:
                 self.outcome.problems.append(str(error))
         if not parts:
             raise InputError("\n".join(self.outcome.problems) or
-                             "no part is given; name the files of the parts after --parts")
+                             "no part is given; name the files of the parts after --parts (all "
+                             "options: adaptive_bvh clearance --help)")
         names = distinct([part.name for part in parts],
                          [os.path.splitext(part.path)[0] for part in parts])
         return [part._replace(name=name) for part, name in zip(parts, names)]
@@ -75,8 +76,7 @@ class Inputs:
         if self.arguments.tolerance:
             tolerance = length_from(self.arguments.tolerance, self.unit)
         else:
-            sizes = [float((p.mesh.vertices.max(axis=0) - p.mesh.vertices.min(axis=0)).max())
-                     for p in parts]
+            sizes = [float((part.high - part.low).max()) for part in parts]
             tolerance = 1e-3 * (self.limit or 0.1 * min(sizes))
-        largest = max(float(abs(p.mesh.vertices).max()) for p in parts)
+        largest = max(extent_of(part) for part in parts)
         return Settings(self.limit, max(tolerance, 1e-9 * largest))

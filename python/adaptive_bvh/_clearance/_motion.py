@@ -1,6 +1,8 @@
-"""The queries of a moving mesh and a part between two frames."""
+"""The queries of a moving mesh and another body between two frames."""
 
-from typing import List, Tuple
+from typing import Callable, Union
+
+import numpy as np
 
 from .. import (
     DeformableMesh,
@@ -10,23 +12,47 @@ from .. import (
     least_distance,
 )
 from ._frames import Floats
+from ._results import Nearest, PairResult, joined
+from ._settings import Settings
+
+ROUNDING = 1e-13  # of a distance, as a share of the largest coordinate
+Other = Union[DeformableMesh, Motion]
 
 
-class Step:
-    """A mesh between two frames, at the times 0 and 1: every vertex moves on a straight line."""
+def _below(motion: Motion, other: Other, limit: float, tolerance: float) -> Floats:
+    """The times at which the distance is below the limit; limit 0: at most the tolerance."""
+    if limit == 0:
+        limit, tolerance = tolerance / 2, tolerance / 2
+    return intervals_below(motion, other, limit, tolerance)
 
-    def __init__(self, mesh: DeformableMesh, before: Floats, after: Floats):
-        self._motion = Motion(mesh, before, after)
 
-    def least(self, part: DeformableMesh, tolerance: float) -> MotionClearance:
-        """The least distance, between bounds that differ by at most the tolerance; 0 with the time
-        of the first impact."""
-        return least_distance(self._motion, part, tolerance)
+def _decided(motion: Motion, other: Other, settings: Settings, seen: float,
+             slack: float) -> MotionClearance:
+    """The least distance, if it is below what is wanted, and whether it is below the limit."""
+    finest = 100 * slack  # a smaller tolerance is refused
+    usual = max(settings.tolerance, finest)
+    tolerance = max(settings.tolerance_at(seen) / 2, usual / 2, finest)
+    wanted = max(settings.wanted(seen), usual)  # bodies are always at least 0 apart
+    closest = least_distance(motion, other, tolerance, wanted)
+    if closest.lower < settings.limit <= closest.upper:  # a tolerance too large to decide
+        closest = least_distance(motion, other, max(usual / 100, finest), wanted)
+    return closest
 
-    def below(self, part: DeformableMesh, limit: float,
-              tolerance: float) -> List[Tuple[float, float]]:
-        """The times at which the distance is below the limit; limit 0: at most the tolerance."""
-        if limit == 0:
-            limit, tolerance = tolerance / 2, tolerance / 2
-        found = intervals_below(self._motion, part, limit, tolerance)
-        return [(float(begin), float(end)) for begin, end in found]
+
+def follow(pair: PairResult, motion: Motion, other: Other, frame: int, settings: Settings,
+           seen: float, slack: float,
+           number: Callable[[int], int] = lambda triangle: triangle) -> float:
+    """Adds what happens in the step after a frame to the result of a pair. Returns a lower bound of
+    the distance in this step, as near to it as is wanted, if `seen` is known already. `number`: of
+    a triangle of the moving mesh, in the body."""
+    closest = _decided(motion, other, settings, seen, slack)
+    if closest.upper < pair.upper:
+        triangles = np.array(closest.triangles, np.int64)
+        triangles[0] = number(triangles[0])
+        pair.see(Nearest(closest.upper, frame + closest.time, closest.points, triangles))
+    if closest.lower < settings.limit or closest.upper == 0:
+        usual = max(settings.tolerance, 100 * slack)
+        pair.below = joined(pair.below + [
+            (frame + float(begin), frame + float(end))
+            for begin, end in _below(motion, other, settings.limit, usual)])
+    return closest.lower

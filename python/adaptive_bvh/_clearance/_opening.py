@@ -7,7 +7,7 @@ from typing import List, NamedTuple, Optional, Sequence as Many
 from .. import DeformableMesh, MeshLoadError
 from ._arrays import read_npz, read_pc2
 from ._files import NumberedFiles, Reading, by_number, name_of
-from ._frames import Sequence, SequenceError
+from ._frames import Floats, Sequence, SequenceError
 from ._gltf import GltfSequence
 from ._gltf_document import Document
 
@@ -18,12 +18,22 @@ class Part(NamedTuple):
     name: str
     path: str
     mesh: DeformableMesh
+    low: Floats  # of its box
+    high: Floats
+
+
+def extent_of(part: Part) -> float:
+    """The largest coordinate, without its sign."""
+    return float(max(abs(part.low).max(), abs(part.high).max()))
 
 
 def expanded(names: Many[str]) -> List[str]:
     """The files of names and of patterns with * and ?, which a shell may have left alone."""
     paths: List[str] = []
     for name in names:
+        if os.path.isdir(name):
+            raise SequenceError(f"{name} is a folder; name its files, such as "
+                                f"{os.path.join(name, '*.stl')}")
         found = [name] if os.path.exists(name) else sorted(glob.glob(name, recursive=True))
         if not found:
             what = "no file fits the pattern" if glob.has_magic(name) else "there is no file"
@@ -79,7 +89,9 @@ def _open_cache(paths: List[str], caches: List[str], reading: Reading) -> Sequen
 def open_part(path: str, reading: Reading) -> Part:
     """SequenceError when the file cannot be used."""
     try:
-        return Part(_stem(path), path, DeformableMesh(reading.mesh(path, weld=True)))
+        mesh = DeformableMesh(reading.mesh(path, weld=True))
+        corners = mesh.vertices
+        return Part(_stem(path), path, mesh, corners.min(axis=0), corners.max(axis=0))
     except (MeshLoadError, OSError, ValueError) as error:
         raise SequenceError(f"{error}; this part is left out, export it again") from None
 

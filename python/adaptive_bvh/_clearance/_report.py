@@ -5,14 +5,13 @@ from typing import Dict, List, NamedTuple, Optional, Sequence as Many
 
 import numpy as np
 
-from .. import CoherentDistance, DeformableMesh, Recording, clearance
-from ._frames import Floats, FrameError, Sequence
+from .. import CoherentDistance, DeformableMesh, DistanceResult, Recording, clearance
+from ._frames import Floats, FrameError, Sequence, step_between
 from ._lengths import text_of
 from ._opening import Part
 from ._report_html import Moment, page_with_results
 from ._results import PairResult
 from ._run import Outcome
-from ._search import common
 from ._table import Numbering, write_whole
 
 _MOST_POSITIONS = 5_000_000  # of vertices in all frames shown: a page of about 40 megabytes
@@ -31,11 +30,10 @@ class _Shown:
         assert vertices is not None
         self.mesh = DeformableMesh(vertices, self._topology.triangles)
         self.number = -1  # in the recording
-        self.around: Optional[DeformableMesh] = None
-        self._nearest: Optional[CoherentDistance] = None
-        if parts:
-            self.around = _all_of(parts)
-            self._nearest = CoherentDistance(self.mesh, self.around)
+        self.known = True  # whether its vertices are, at the present time
+        self.around: List[DeformableMesh] = [_all_of(parts)] if parts else []
+        self._queries = [CoherentDistance(self.mesh, mesh) for mesh in self.around]
+        self._others: List["_Shown"] = []
         self.least = np.full(len(vertices), np.inf)  # clearance of each vertex
 
     def _read(self, frame: int):
@@ -55,19 +53,39 @@ class _Shown:
         begin = min(int(time), last)
         a = self._read(begin)
         b = self._read(min(begin + 1, last)) if time > begin else a
-        step = common(a, b) if a is not None and b is not None else None
-        if step is None or step[0] is not self._topology:
+        step = step_between(a, b)
+        if step is None or step.topology is not self._topology:
             return None
-        return step[1] + (time - begin) * (step[2] - step[1])
+        return step.before + (time - begin) * (step.after - step.before)
 
-    def move(self, vertices: Floats):
-        """Moves the body. Returns its distance from the parts, if there are any."""
-        self.mesh.update(vertices)
-        return self._nearest.distance() if self._nearest is not None else None
+    def add(self, other: "_Shown") -> None:
+        """Another moving body that counts."""
+        self._others.append(other)
+        self._queries.append(CoherentDistance(self.mesh, other.mesh))
+
+    def move(self, time: float) -> None:
+        """Moves the body, if it is known where it is."""
+        vertices = self.at(time)
+        self.known = vertices is not None
+        if vertices is not None:
+            self.mesh.update(vertices)
+
+    def distances(self) -> List[DistanceResult]:
+        """From the parts together, and from each moving body that counts."""
+        first = len(self.around)
+        return [query.distance() for i, query in enumerate(self._queries)
+                if self.known and (i < first or self._others[i - first].known)]
 
     def paint(self, most: float) -> None:
-        if self.around is not None:
-            self.least = np.minimum(self.least, clearance(self.mesh, self.around, most))
+        """Lowers the clearances of the vertices to the present ones, and those of other bodies."""
+        if not self.known:
+            return
+        for mesh in self.around:
+            self.least = np.minimum(self.least, clearance(self.mesh, mesh, most))
+        for other in self._others:
+            if other.known:
+                self.least = np.minimum(self.least, clearance(self.mesh, other.mesh, most))
+                other.least = np.minimum(other.least, clearance(other.mesh, self.mesh, most))
 
 
 def _all_of(parts: Many[Part]) -> DeformableMesh:
@@ -84,7 +102,7 @@ class _Moments(NamedTuple):
     of_pair: Dict[int, int]  # by id of a pair: the number of its frame on the page
 
 
-def _choose_times(outcome: Outcome, frames: int, vertices: int) -> _Moments:
+def _choose_times(outcome: Outcome, vertices: int) -> _Moments:
     """Frames at equal distances, and the nearest moments of the nearest pairs."""
     last = max((body.checked[-1][1] for body in outcome.bodies if body.checked), default=0)
     stride = max(math.ceil((last + 1) * vertices / _MOST_POSITIONS), 1)
@@ -108,22 +126,24 @@ def write_report(path: str, outcome: Outcome, sequences: Many[Sequence], parts: 
                  numberings: Dict[str, Numbering], up: str) -> None:
     """Writes the page. OSError or RuntimeError when that fails."""
     shown: List[_Shown] = []
-    checked_parts = {body.name: {pair.part for pair in body.pairs} for body in outcome.bodies}
+    checked = {(pair.moving, pair.part) for pair in outcome.pairs}
     for sequence in sequences:
-        near = [part for part in parts if part.name in checked_parts.get(sequence.name, ())]
+        near = [part for part in parts if (sequence.name, part.name) in checked]
         try:
             shown.append(_Shown(sequence, near, range(len(sequence))))
         except StopIteration:
             continue  # no frame can be read, as the problems say
-    frames = max(len(sequence) for sequence in sequences)
-    moments = _choose_times(outcome, frames, sum(body.mesh.num_vertices for body in shown))
+    for i, body in enumerate(shown):
+        for other in shown[i + 1:]:
+            if (body.sequence.name, other.sequence.name) in checked:
+                body.add(other)
+    moments = _choose_times(outcome, sum(body.mesh.num_vertices for body in shown))
     most = _colour_range(outcome, shown)
     for time in moments.times:
         for body in shown:
-            vertices = body.at(time)
-            if vertices is not None:
-                body.mesh.update(vertices)
-                body.paint(most)
+            body.move(time)
+        for body in shown:
+            body.paint(most)
     recording = Recording(title=_title(outcome), unit=outcome.unit,
                           up={"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}[up])
     for body in shown:
@@ -141,21 +161,18 @@ def write_report(path: str, outcome: Outcome, sequences: Many[Sequence], parts: 
 
 
 def _title(outcome: Outcome) -> str:
-    names = ", ".join(body.name for body in outcome.bodies[:3])
-    more = ", ..." if len(outcome.bodies) > 3 else ""
+    bodies = list(dict.fromkeys(body.name for body in outcome.bodies))
+    names = ", ".join(bodies[:3])
+    more = ", ..." if len(bodies) > 3 else ""
     return f"Clearance of {names}{more}"
 
 
 def _record(recording: Recording, shown: List[_Shown], time: float, pairs: List[PairResult],
             outcome: Outcome, numberings: Dict[str, Numbering]) -> None:
     """One frame: the bodies at this time, the nearest points, and the pairs that are nearest now."""
-    found = []
     for body in shown:
-        vertices = body.at(time)
-        if vertices is not None:
-            nearest = body.move(vertices)
-            if nearest is not None:
-                found.append(nearest)
+        body.move(time)
+    found = [result for body in shown for result in body.distances()]
     least = min([max(result.distance, 0.0) for result in found], default=math.inf)
     numbering = numberings[shown[0].sequence.name]
     note = f"Frame {numbering(time):.6g} of the motion."
@@ -164,7 +181,7 @@ def _record(recording: Recording, shown: List[_Shown], time: float, pairs: List[
         if pair.nearest is None or abs(pair.nearest.at - time) > 1e-9:
             continue
         if pair is pairs[0] or pair.upper < 2 * outcome.limit:
-            note += (f" {pair.moving} and {pair.part} are nearest: "
+            note += (f" {pair.moving} comes nearest to {pair.part}: "
                      f"{text_of(pair.upper, outcome.unit)}.")
         if pair.upper > least * (1 + 1e-6):
             segments.setdefault("nearest moment of a pair", []).append(pair.nearest.points)

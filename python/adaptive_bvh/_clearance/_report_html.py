@@ -104,7 +104,7 @@ def _answer(outcome: Outcome, rows: Many[Moment], numberings: Dict[str, Numberin
     for body in outcome.bodies:
         if not body.is_complete:
             done = "; ".join(numberings[body.name].intervals(body.checked)) or "none"
-            said.append(f"{body.name}: only these frames were checked: {done}")
+            said.append(f"{body.label}: only these frames were checked: {done}")
     if said:
         lines.append("<ul>" + "".join(f"<li>{escape(text)}</li>" for text in said) + "</ul>")
     buttons = []

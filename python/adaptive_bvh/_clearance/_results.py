@@ -66,13 +66,18 @@ def joined(intervals: List[Interval]) -> List[Interval]:
 
 @dataclass
 class BodyResult:
-    """A moving body over its motion."""
+    """A moving body over its motion: against the parts, or against another moving body."""
 
     name: str
     frames: int
     pairs: List[PairResult]
     checked: List[Interval] = field(default_factory=list)  # the frames between which all was checked
     problems: List[str] = field(default_factory=list)
+    against: str = ""  # the other moving body
+
+    @property
+    def label(self) -> str:
+        return f"{self.name} and {self.against}" if self.against else self.name
 
     @property
     def is_complete(self) -> bool:

@@ -6,10 +6,14 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from typing import Callable, List, Sequence as Many, Tuple
 
+import numpy as np
+
+from ._couples import Couple, common_frames
 from ._frames import Sequence
 from ._opening import Part
 from ._results import BodyResult, PairResult
-from ._search import Search, Settings
+from ._search import Search
+from ._settings import Settings
 
 _PIECES = 8  # of a sequence at least; threads take one after the other
 _MOST_VERTICES = 1_000_000  # of all frames of a piece, which are in memory together
@@ -61,6 +65,21 @@ def is_ignored(moving: str, part: str, patterns: Many[str]) -> bool:
     return False
 
 
+def couples(sequences: Many[Sequence],
+            ignored: Many[str] = ()) -> List[Tuple[Sequence, Sequence]]:
+    """The moving bodies that are checked against each other."""
+    return [(first, second) for i, first in enumerate(sequences) for second in sequences[i + 1:]
+            if not is_ignored(first.name, second.name, ignored)
+            and not is_ignored(second.name, first.name, ignored)]
+
+
+def num_steps(sequences: Many[Sequence], ignored: Many[str] = ()) -> int:
+    """The steps of a run, for its progress."""
+    return sum(max(len(sequence) - 1, 1) for sequence in sequences) + sum(
+        len(common_frames(first.numbers, second.numbers))
+        for first, second in couples(sequences, ignored))
+
+
 def _pieces(frames: int, vertices: int) -> List[Tuple[int, int]]:
     steps = frames - 1
     size = max(min(-(-steps // _PIECES), _MOST_VERTICES // max(vertices, 1)), _LEAST_STEPS)
@@ -91,6 +110,8 @@ def check(sequences: Many[Sequence], parts: Many[Part], settings: Settings, outc
     searches = [Search(sequence, [part for part in parts
                                   if not is_ignored(sequence.name, part.name, ignored)],
                        settings, advance, stop) for sequence in sequences]
+    pairs = [Couple(first, second, settings, advance, stop)
+             for first, second in couples(sequences, ignored)]
     pieces = [_pieces(len(sequence), sequence.num_vertices) for sequence in sequences]
     with ThreadPoolExecutor(threads) as pool:
         looks = [[pool.submit(search.look, begin) for begin, _ in of]
@@ -102,15 +123,41 @@ def check(sequences: Many[Sequence], parts: Many[Part], settings: Settings, outc
         runs = [[pool.submit(search.run, begin, end, look)
                  for (begin, end), look in zip(of, first)]
                 for search, of, first in zip(searches, pieces, found)]
-        _finish([run for of in runs for run in of], stop, on_stop)
+        together = [pool.submit(pair.run) for pair in pairs]
+        _finish([run for of in runs for run in of] + together, stop, on_stop)
     for search, of, first in zip(searches, runs, found):
         body = search.joined(first, [run.result() for run in of])
         body.problems = search.problems()
         outcome.bodies.append(body)
         outcome.warnings.extend(search.sequence.warnings)
-        outcome.warnings.extend(search.overlaps(first[0].pairs))
+        outcome.warnings.extend(overlaps(search.sequence.name, first[0].pairs))
+    for future in together:
+        body = future.result()
+        outcome.bodies.append(body)
+        outcome.warnings.extend(overlaps(body.name, body.pairs, at_start=True))
     outcome.interrupted = outcome.interrupted or stop.is_set()
+    outcome.warnings.extend(_unusual(sequences, parts, ignored))
     _compare_sizes(sequences, parts, searches, outcome)
+
+
+def _unusual(sequences: Many[Sequence], parts: Many[Part], ignored: Many[str]) -> List[str]:
+    """About input that may be a mistake."""
+    said = [f"{sequence.name} has one frame, so it does not move; name the files of all its frames"
+            for sequence in sequences if len(sequence) == 1]
+    names = [sequence.name for sequence in sequences]
+    pairs = [(name, other) for name in names
+             for other in [part.name for part in parts] + names if name != other]
+    return said + [f"--ignore {pattern} fits no pair; write the names as the table has them"
+                   for pattern in ignored
+                   if not any(is_ignored(*pair, [pattern]) for pair in pairs)]
+
+
+def overlaps(name: str, pairs: Many[PairResult], at_start: bool = False) -> List[str]:
+    """About what a body touches at the first frame. `at_start`: pairs of the whole motion."""
+    return [f"{name} touches {pair.part} in its first frame already; if they belong together, leave "
+            f"the pair out by --ignore '{name}:{pair.part}'"
+            for pair in pairs if pair.upper == 0 and pair.nearest is not None
+            and (not at_start or pair.nearest.at == 0)]
 
 
 def _compare_sizes(sequences: Many[Sequence], parts: Many[Part], searches: Many[Search],
@@ -118,10 +165,9 @@ def _compare_sizes(sequences: Many[Sequence], parts: Many[Part], searches: Many[
     """Warns of moving bodies that are much larger or smaller than all parts together."""
     if not parts:
         return
-    corners = [part.mesh.vertices for part in parts]
-    low = [min(float(c[:, axis].min()) for c in corners) for axis in range(3)]
-    high = [max(float(c[:, axis].max()) for c in corners) for axis in range(3)]
-    of_parts = max(b - a for a, b in zip(low, high))
+    low = np.min([part.low for part in parts], axis=0)
+    high = np.max([part.high for part in parts], axis=0)
+    of_parts = float((high - low).max())
     for sequence, search in zip(sequences, searches):
         size = search.size
         if size is None or min(size, of_parts) <= 0:

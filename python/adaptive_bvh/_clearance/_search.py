@@ -13,40 +13,18 @@ What is neither above the limit nor above the least distance seen is asked durin
 """
 
 import threading
-from typing import Callable, Dict, List, NamedTuple, Optional, Tuple
+from functools import partial
+from typing import Callable, Dict, List, NamedTuple, Optional
 
 import numpy as np
 
+from .. import Motion
 from ._chunks import Body, Chunks, box_gaps
-from ._frames import Floats, Frame, FrameError, Ints, Sequence, Topology
-from ._motion import Step
-from ._opening import Part
+from ._frames import Floats, Frame, FrameError, Ints, Sequence, Step, Topology, step_between
+from ._motion import ROUNDING, follow
+from ._opening import Part, extent_of
 from ._results import BodyResult, Nearest, PairResult, joined
-
-_ROUNDING = 1e-13  # of a distance, as a share of the largest coordinate
-
-
-class Settings(NamedTuple):
-    limit: float  # the clearance to be kept
-    tolerance: float  # between the bounds of distances that are about the limit
-    far: float = 0.02  # of distances beyond twice the limit: the tolerance as a share of the rest
-
-
-class _Step(NamedTuple):
-    topology: Topology
-    before: Floats
-    after: Floats
-
-
-def common(a: Frame, b: Frame) -> Optional[Tuple[Topology, Floats, Floats]]:
-    """The topology in which both frames have vertices; None if their triangles differ."""
-    if a.shape is not b.shape:
-        return None
-    for topology in a.shape.topologies:
-        before, after = topology.vertices(a.positions), topology.vertices(b.positions)
-        if before is not None and after is not None:
-            return topology, before, after
-    return None
+from ._settings import Settings
 
 
 class _Reach:
@@ -73,10 +51,9 @@ class Search:
         self.sequence, self.parts, self._settings = sequence, parts, settings
         self._advance, self._stop = advance, stop
         self._seen = np.full(len(parts), np.inf)  # the least distances at the pieces' first frames
-        corners = [part.mesh.vertices for part in parts]
-        self._low = np.array([c.min(axis=0) for c in corners]).reshape(-1, 3)
-        self._high = np.array([c.max(axis=0) for c in corners]).reshape(-1, 3)
-        self._extent = max([float(abs(c).max()) for c in corners], default=0.0)
+        self._low = np.array([part.low for part in parts]).reshape(-1, 3)
+        self._high = np.array([part.high for part in parts]).reshape(-1, 3)
+        self._extent = max([extent_of(part) for part in parts], default=0.0)
         self._errors: Dict[int, str] = {}  # of frames
         self._changes: List[int] = []  # frames after which the triangles change
         self._chunks: Dict[Topology, Chunks] = {}
@@ -153,13 +130,6 @@ class Search:
 
     # ---- sentences ---------------------------------------------------------------------------
 
-    def overlaps(self, first: List[PairResult]) -> List[str]:
-        """About parts that the body touches at the first frame."""
-        touching = [pair.part for pair in first if pair.upper == 0]
-        return [f"{self.sequence.name} touches {part} in its first frame already; if they belong "
-                f"together, leave the pair out by --ignore '{self.sequence.name}:{part}'"
-                for part in touching]
-
     def problems(self) -> List[str]:
         """About what keeps the answer from being complete."""
         name, label = self.sequence.name, self.sequence.label
@@ -187,21 +157,13 @@ class Search:
             self._errors[frame] = str(error)
             return None
 
-    def _steps(self, frames: List[Optional[Frame]], begin: int) -> List[Optional[_Step]]:
+    def _steps(self, frames: List[Optional[Frame]], begin: int) -> List[Optional[Step]]:
         """What is known about the motion after each frame but the last."""
-        joined_vertices = [frame and frame.shape.topologies[0].vertices(frame.positions)
-                           for frame in frames]
-        steps: List[Optional[_Step]] = []
+        steps: List[Optional[Step]] = []
         for i, (a, b) in enumerate(zip(frames, frames[1:])):
-            step = None
-            if a is not None and b is not None and begin + i not in self.sequence.gaps:
-                before, after = joined_vertices[i], joined_vertices[i + 1]
-                if a.shape is not b.shape:
-                    self._changes.append(begin + i)
-                elif before is not None and after is not None:
-                    step = _Step(a.shape.topologies[0], before, after)
-                else:
-                    step = _Step(a.shape.topologies[-1], a.positions, b.positions)
+            step = step_between(a, b) if begin + i not in self.sequence.gaps else None
+            if a and b and a.shape is not b.shape and begin + i not in self.sequence.gaps:
+                self._changes.append(begin + i)
             steps.append(step)
         return steps
 
@@ -216,26 +178,17 @@ class Search:
         return Body(chunks, vertices, self.parts)
 
     def _body_of(self, frame: Frame) -> Body:
-        found = common(frame, frame)
-        assert found is not None  # the last topology has all vertices
-        return self._body(found[0], found[1])
+        still = step_between(frame, frame)
+        assert still is not None  # the last topology has all vertices
+        return self._body(still.topology, still.before)
 
     def _slack(self, body: Body) -> float:
-        return _ROUNDING * max(self._extent, float(body.vertices.max()), -float(body.vertices.min()))
+        return ROUNDING * max(self._extent, float(body.vertices.max()), -float(body.vertices.min()))
 
     def _bounds(self, body: Body) -> Floats:
         """(parts, chunks): lower bounds of distances, by boxes."""
         gaps = box_gaps(self._low, self._high, *body.chunks.boxes(body.vertices))
         return gaps - self._slack(body)
-
-    def _enough(self, seen):
-        """The lower bounds with which a search for the least distance may end."""
-        limit, tolerance, far = self._settings
-        return seen - np.maximum(tolerance, far * (seen - 2 * limit))
-
-    def _wanted(self, seen):
-        """The lower bounds with which a pair needs no more work."""
-        return np.maximum(self._settings.limit, self._enough(seen))
 
     # ---- at a frame --------------------------------------------------------------------------
 
@@ -291,11 +244,11 @@ class Search:
         pairs, slack = result.pairs, self._slack(body)
         bounds = bounds.copy()
         seen = np.minimum(self._seen, [pair.upper for pair in pairs])
-        wanted = self._wanted(seen)[:, None] + away
+        wanted = self._settings.all_wanted(seen)[:, None] + away
         for p, chunk in np.argwhere(bounds < wanted):
             bounds[p, chunk] = self._see(pairs[p], body, p, chunk, frame) - slack
         seen = np.minimum(seen, [pair.upper for pair in pairs])
-        is_within = bounds < self._wanted(seen)[:, None] + away
+        is_within = bounds < self._settings.all_wanted(seen)[:, None] + away
         self._count(pairs, np.where(is_within, np.inf, bounds - away).min(axis=1, initial=np.inf))
         parts, chunks = np.nonzero(is_within)
         first = bounds[parts, chunks]
@@ -314,44 +267,26 @@ class Search:
         before = np.maximum(reach.now, reach.first - away[0][reach.chunks])
         after = np.maximum(reach.now - way, reach.first - away[1][reach.chunks])
         seen = np.minimum(self._seen, [pair.upper for pair in pairs])
-        open_pairs = []
-        for i in np.flatnonzero(floor < self._wanted(seen)[reach.parts]):
-            p = reach.parts[i]
-            after[i] = self._see(pairs[p], body, p, reach.chunks[i], frame + 1) - slack
-            seen[p] = min(seen[p], pairs[p].upper)
-            floor[i] = max(floor[i], after[i] - way[i], (before[i] + after[i] - way[i]) / 2)
-            open_pairs.append(i)
-        steps: Dict[int, Step] = {}
-        for i in sorted(open_pairs, key=lambda i: floor[i]):
+        near = np.flatnonzero(floor < self._settings.all_wanted(seen)[reach.parts])
+        ends = [self._see(pairs[p], body, p, chunk, frame + 1) - slack
+                for p, chunk in zip(reach.parts[near].tolist(), reach.chunks[near].tolist())]
+        after[near] = ends
+        floor[near] = np.maximum(floor[near], np.maximum(
+            after[near] - way[near], (before[near] + after[near] - way[near]) / 2))
+        seen = np.minimum(seen, [pair.upper for pair in pairs])
+        near = near[floor[near] < self._settings.all_wanted(seen)[reach.parts[near]]]
+        motions: Dict[int, Motion] = {}
+        for i in near[np.argsort(floor[near], kind="stable")].tolist():
             p, chunk = int(reach.parts[i]), int(reach.chunks[i])
-            if floor[i] >= self._wanted(seen[p]):
+            known = min(float(seen[p]), pairs[p].upper)
+            if floor[i] >= self._settings.wanted(known):
                 continue
-            if chunk not in steps:
+            if chunk not in motions:
                 rows = body.chunks.vertices[chunk]
-                steps[chunk] = Step(body.mesh(chunk), start[rows], vertices[rows])
-            floor[i] = self._during(pairs[p], body, steps[chunk], p, chunk, frame,
-                                    float(seen[p] - self._enough(seen[p])), slack)
-            seen[p] = min(seen[p], pairs[p].upper)
+                motions[chunk] = Motion(body.mesh(chunk), start[rows], vertices[rows])
+            floor[i] = follow(pairs[p], motions[chunk], self.parts[p].mesh, frame, self._settings,
+                              known, slack, partial(body.triangle, chunk))
         reach.now = after
         lower = np.full(len(pairs), np.inf)
         np.minimum.at(lower, reach.parts, floor)
         self._count(pairs, lower)
-
-    def _during(self, pair: PairResult, body: Body, moving: Step, part: int, chunk: int,
-                frame: int, tolerance: float, slack: float) -> float:
-        """A lower bound of the distance during a step, as near to the distance as is wanted."""
-        limit, mesh = self._settings.limit, self.parts[part].mesh
-        finest = 100 * slack  # a smaller tolerance is refused
-        usual = max(self._settings.tolerance, finest)
-        closest = moving.least(mesh, max(tolerance / 2, usual / 2, finest))
-        if closest.lower < limit <= closest.upper:  # a tolerance too large to decide
-            closest = moving.least(mesh, max(usual / 100, finest))
-        if closest.upper < pair.upper:
-            triangles = np.array(closest.triangles, np.int64)
-            triangles[0] = body.triangle(chunk, triangles[0])
-            pair.see(Nearest(closest.upper, frame + closest.time, closest.points, triangles))
-        if closest.lower < limit or closest.upper == 0:
-            pair.below = joined(pair.below + [
-                (frame + begin, frame + end)
-                for begin, end in moving.below(mesh, limit, usual)])
-        return closest.lower

@@ -94,7 +94,8 @@ def checked_text(body: BodyResult, number: Numbering) -> str:
 def csv_rows(outcome: Outcome, numberings: Dict[str, Numbering]) -> List[List[object]]:
     """A row for each pair, of the cells in COLUMNS."""
     rows: List[List[object]] = []
-    checked = {body.name: checked_text(body, numberings[body.name]) for body in outcome.bodies}
+    checked = {id(pair): checked_text(body, numberings[body.name])
+               for body in outcome.bodies for pair in body.pairs}
     for pair in outcome.pairs:
         number, nearest = numberings[pair.moving], pair.nearest
         row: List[object] = [pair.moving, pair.part, outcome.unit]
@@ -106,7 +107,7 @@ def csv_rows(outcome: Outcome, numberings: Dict[str, Numbering]) -> List[List[ob
                     "; ".join(number.intervals(pair.below))]
             row += [repr(float(x)) for x in nearest.points.ravel()]
             row += [int(triangle) for triangle in nearest.triangles]
-        rows.append(row + [checked[pair.moving]])
+        rows.append(row + [checked[id(pair)]])
     return rows
 
 

@@ -225,7 +225,7 @@ class BodyView {
 
   // Colours the vertices by clearance, or all in the body's colour.
   paint(clearance) {
-    const wanted = settings.clearance && clearance ? clearance : "plain";
+    const wanted = settings.clearance && clearance ? clearance.at : "plain";
     if (wanted === this.shownPaint) return;
     this.shownPaint = wanted;
     const colours = this.geometry.attributes.color.array;
