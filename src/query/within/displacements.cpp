@@ -11,7 +11,7 @@ constexpr float kInfinite = std::numeric_limits<float>::infinity();
 /// Displacements in units of the limit, beyond which single precision is too coarse.
 constexpr double kFarthest = 1e4;
 /// Exceeds the rounding of a displacement to single precision, relative to it.
-constexpr float kRounding = 1.f / (1 << 22);
+constexpr float kDisplacementRounding = 1.f / (1 << 22);
 
 /// The squared distance of two boxes.
 float squaredGap(const Box& a, const Box& b) {
@@ -20,17 +20,23 @@ float squaredGap(const Box& a, const Box& b) {
   return float4::dot(gap, gap);
 }
 
-/// The bounding box of a leaf's displacements, enlarged by their rounding.
+Box emptyBox() { return {float4::all(kInfinite), float4::all(-kInfinite)}; }
+
+/// A box of displacements, enlarged by their rounding.
+Box withRounding(const Box& box) {
+  const Float4 rounding =
+      float4::upper<Float4>(float4::absolute(box.low), float4::absolute(box.high)) *
+      float4::all(kDisplacementRounding);
+  return {box.low - rounding, box.high + rounding};
+}
+
 Box boxOfLeaf(const WideTree& tree, const WideNode& leaf, const std::vector<Float4>& to) {
-  Box box{float4::all(kInfinite), float4::all(-kInfinite)};
+  Box box = emptyBox();
   for (int i = 0; i < int(leaf.count); ++i) {
     const Int4& v = tree.corners(unsigned(leaf.first + i));
     for (int k = 0; k < 3; ++k) box.add(to[std::size_t(v[k])]);
   }
-  const Float4 rounding =
-      float4::upper<Float4>(float4::absolute(box.low), float4::absolute(box.high)) *
-      float4::all(kRounding);
-  return {box.low - rounding, box.high + rounding};
+  return withRounding(box);
 }
 
 }  // namespace
@@ -56,20 +62,22 @@ void Displacements::restart(const KeptMeshes& meshes) {
 
 void Displacements::measure(const KeptMeshes& meshes, double limit) {
   Sums sums;
-  for (int i = 0; i < meshes.sides(); ++i) {
-    Side& side = sides_[std::size_t(i)];
-    meshes.withMap(
-        i, [&](const auto& map) { measureVertices(meshes.mesh(i), map, limit, side, sums); });
-    fitNodes(meshes.mesh(i).tree, side, sums);
-  }
-  const Box &first = sides_[0].nodes[0], &second = sides_[is_self_ ? 0 : 1].nodes[0];
-  const double n = double(sums.vertices),
-               apart = is_self_ ? 0 : std::sqrt(squaredGap(first, second));
-  const bool is_all = apart > 1 || !(sums.largest < kFarthest * kFarthest);
-  largest_ = limit * std::sqrt(double(largestSquare(first, second)));
-  moved_ = is_all ? 1 : double(sums.moved_leaves) / double(sums.leaves);
-  local_ = limit * std::max(apart, sums.of_leaves / double(sums.leaves));
+  for (int i = 0; i < meshes.sides(); ++i)
+    meshes.withMap(i, [&](const auto& map) {
+      measureVertices(meshes.mesh(i), map, limit, sides_[std::size_t(i)], sums);
+    });
+  const Box &first = sides_[0].all, &second = sides_[is_self_ ? 0 : 1].all;
+  const double n = double(sums.vertices), most = std::sqrt(double(largestSquare(first, second))),
+               apart = is_self_ ? 0 : std::sqrt(double(squaredGap(first, second)));
+  largest_ = limit * most;
+  local_ = limit * apart;
   deviation_ = limit * std::sqrt(std::max(0., sums.squares / n - (sums.total / n).squaredNorm()));
+  moved_ = apart > 1 || !(sums.largest < kFarthest * kFarthest) ? 1 : 0;
+  if (most <= 1 || moved_ == 1) return;  // the same holds for all nodes
+  for (int i = 0; i < meshes.sides(); ++i)
+    fitNodes(meshes.mesh(i).tree, sides_[std::size_t(i)], sums);
+  moved_ = double(sums.moved_leaves) / double(sums.leaves);
+  local_ = std::max(local_, limit * sums.of_leaves / double(sums.leaves));
 }
 
 template <typename ToFirst>
@@ -77,16 +85,19 @@ void Displacements::measureVertices(const MeshState& mesh, const ToFirst& to_fir
                                     Side& side, Sums& sums) {
   const double scale = 1 / limit;
   side.to.resize(side.from.size());
+  Box all = emptyBox();
   for (std::size_t v = 0; v < side.from.size(); ++v) {
     const fcl::Vector3d u = (to_first(mesh.vertices[v]) - side.from[v]) * scale;
     side.to[v] =
         Float4{static_cast<float>(u[0]), static_cast<float>(u[1]), static_cast<float>(u[2]), 0};
+    all.add(side.to[v]);
     const double square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
     sums.total += u;
     sums.squares += square;
     sums.largest = std::max(sums.largest, square);
   }
   sums.vertices += side.from.size();
+  side.all = withRounding(all);
 }
 
 /// Fits boxes, children first: they have larger numbers.

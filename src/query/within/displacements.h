@@ -24,7 +24,8 @@ class Displacements {
   void measure(const KeptMeshes& meshes, double limit);
 
   // As last measured.
-  /// The displacements by node, in units of the limit.
+  /// The displacements by node, in units of the limit; if `largest` exceeds it, and `moved` is
+  /// below 1.
   MovedNodes nodes() const {
     return {sides_[0].nodes.data(), sides_[is_self_ ? 0 : 1].nodes.data()};
   }
@@ -43,6 +44,7 @@ class Displacements {
   struct Side {
     std::vector<fcl::Vector3d> from;  ///< positions
     std::vector<Float4> to;           ///< displacements
+    Box all;                          ///< around all of them
     std::vector<Box> nodes;
   };
   struct Sums;

@@ -55,10 +55,13 @@ SetSearch SearchSchedule::next(const KeptMeshes& meshes, double distance, bool i
   motion_.moveTo(meshes);
   ++steps_;
   if (!canTrack(meshes)) return searchAll(meshes, distance, 0);
-  if (!is_known)
+  if (!is_known) {
+    constexpr double kSlow = 0.005;  // edges: nothing is known of the motion
+    const double speed = kSlow * largerEdge(meshes);
     return searchAll(
         meshes, distance,
-        margin_ > 0 ? margin_ : costOf(meshes, distance).choose(0, SearchMargin::kUsual, 1));
+        margin_ > 0 ? margin_ : costOf(meshes, distance).choose(speed, SearchMargin::kUsual, 1));
+  }
   return margin_ > 0 ? withMargin(meshes, distance) : withoutMargin(meshes, distance);
 }
 
