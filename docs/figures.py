@@ -556,6 +556,18 @@ def iterations(results):
     return markdown([*header, "ten iterations, ms", "ten of `largestSafeStep`, ms"], rows)
 
 
+@block("contact-sets")
+def contact_sets(results):
+    rows = []
+    for heading, cells in results.tables("sets"):
+        rows.append([f"**{heading.split(',')[0]}**", "", "", "", "", ""])
+        for name, pairs, changed, *_, query, update, ratio, _ in cells:
+            times = (number(float(time)) for time in (query, update))
+            rows.append([name, count(pairs), count(changed), *times, number(float(ratio))])
+    header = ["", "pairs", "added and removed", "new query, ms", "update of the set, ms"]
+    return markdown([*header, "update / query"], rows)
+
+
 @block("update-or-build")
 def update_or_build(results):
     rows = []

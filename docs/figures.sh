@@ -76,8 +76,8 @@ has_data() {
   [ "$data" ] || { echo "$1: skipped, as --data is not given" && return 1; }
 }
 
-all_parts=(thesis large motions frames growth contact continuous steps threads proximity cliff scenes
-  shapes forces octree update trees micro python)
+all_parts=(thesis large motions frames growth contact continuous steps sets threads proximity cliff
+  scenes shapes forces octree update trees micro python)
 
 one_scenario=()
 [ ! "$quick" ] || one_scenario=(--scenario "helmet and plate")
@@ -129,6 +129,9 @@ part_continuous() {
 part_steps() {
   has_data steps || return 0
   measure steps $bench/step_bench --poses "${poses[@]}" --repeats "$(repeats 9)"
+}
+part_sets() {
+  measure sets $bench/contact_set_bench $(either "--small --steps 8" "") ${data:+--data "$data"}
 }
 part_threads() {
   measure threads $bench/contact_bench --quiet "${json[@]}" --threads 2 --scenario rods \

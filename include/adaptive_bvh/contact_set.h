@@ -34,14 +34,15 @@ namespace adaptive_bvh {
 /// **Time.** An update costs what has changed. The set keeps the pairs that are a little farther
 /// apart, too, and how far both parts of a pair may move, one relative to the other, before the
 /// pair can change sides. So an update measures the motion, and tests the pairs that may have
-/// changed. Parts of the meshes are searched again when they have moved half of that margin. The
-/// set measures against the positions that it saw; the meshes keep nothing for it. If everything
-/// moves too far in a step to gain by this, an update searches as a new query does.
+/// changed. Parts of the meshes are searched again that have moved, one relative to the other, by
+/// more than that margin. The set measures against the positions that it saw; the meshes keep
+/// nothing for it. If everything moves too far in a step to gain by this, an update searches as a
+/// new query does.
 ///
-/// **Memory.** 8 bytes for each number and 6 for its links; 60 to 75 for each pair within the
-/// margin, in two lists that are filled in turns; there are one to three times as many of these as
-/// there are pairs. 110 for each triangle that has such a pair. If most triangles have one, also 24
-/// for each vertex.
+/// **Memory.** 16 bytes for each number, 24 in a Scene; 60 to 75 for each pair within the margin,
+/// in two lists that are filled in turns; there are one to three times as many of these as there
+/// are pairs. 100 to 130 for each triangle that has had such a pair. If most triangles have one,
+/// also 40 for each vertex, and 10 to 15 for each triangle.
 ///
 /// **Errors.** std::invalid_argument as in proximity.h: from a constructor, if the request is not
 /// as it says; from `update`, if a transform is not a rigid motion. A call that throws leaves the

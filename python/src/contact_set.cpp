@@ -293,13 +293,20 @@ void bindContactSet(py::module_& module) {
       .def("compact", &compact, docs::kCompact)
       .def("details", &details, "numbers"_a = py::none(), "kind"_a = py::none(),
            docs::kDetailsOfSet)
-      .def("contacts", &contacts, py::kw_only(), "enable_contact"_a = true, docs::kContactsOfSet)
-      .def_property_readonly(
-          "searches",
-          [](PySet& self) {
-            return self.change([](const ContactSet<double>& s) { return s.work().searches; });
-          },
-          "How many searches there were so far, of all meshes or of a part.");
+      .def("contacts", &contacts, py::kw_only(), "enable_contact"_a = true, docs::kContactsOfSet);
+  const auto defineWork = [&](const char* name, std::size_t ContactSetWork::*of, const char* doc) {
+    set.def_property_readonly(
+        name,
+        [of](PySet& self) {
+          return self.change([of](const ContactSet<double>& s) { return s.work().*of; });
+        },
+        doc);
+  };
+  defineWork("candidates", &ContactSetWork::candidates,
+             "Number of pairs of triangles that are kept, within the set's margin.");
+  defineWork("tested", &ContactSetWork::tested, "How many of them the last update has tested.");
+  defineWork("searches", &ContactSetWork::searches,
+             "How many searches there were so far, of all meshes or of a part.");
   const auto define = [&](const char* name, const std::optional<FeatureKind>& kind,
                           const char* doc) {
     set.def_property_readonly(

@@ -73,6 +73,7 @@ def test_features_are_those_of_a_new_query():
             np.testing.assert_array_equal(
                 details.distances, near.details(kind=kind).distances)
     assert near.searches < 8
+    assert 0 < near.tested < near.candidates
 
 
 def test_of_a_scene():
@@ -103,6 +104,48 @@ def test_of_a_scene():
     gc.collect()
     near.update()
     assert len(near) > 0
+
+
+def test_details_of_some_pairs_and_of_all():
+    a, b = ab.DeformableMesh(*ball(2)), ab.DeformableMesh(*ball(2))
+    near = ab.ContactSet(a, b, 0.3)
+    near.update(place(0, 0, 0), place(0, 0, 2.05))
+    numbered = near.triangles
+    every = near.details()
+    found = ab.pairs_within(a, b, 0.3, place(0, 0, 0), place(0, 0, 2.05), enable_distances=True)
+    distances = {tuple(p): d for p, d in zip(found.triangles.tolist(), found.distances)}
+    assert len(every.distances) == len(near) == len(distances) > 20
+    for pair, distance in zip(numbered.pairs[numbered.numbers].tolist(), every.distances):
+        assert distances[tuple(pair)] == distance
+    np.testing.assert_allclose(np.linalg.norm(every.normals, axis=1), 1)
+    between = every.nearest_points[:, 1] - every.nearest_points[:, 0]
+    np.testing.assert_allclose(between, every.normals * every.distances[:, None], atol=1e-12)
+    chosen = numbered.numbers[::-3]
+    some = near.details(chosen)
+    np.testing.assert_array_equal(some.distances, every.distances[::-3])
+    np.testing.assert_array_equal(some.nearest_points, every.nearest_points[::-3])
+    assert len(near.details(np.array([], dtype=np.int32)).distances) == 0
+
+
+def test_arrays_move_with_compacted_numbers():
+    mesh = ab.DeformableMesh(*sheet(9))
+    rest = mesh.vertices
+    near = ab.ContactSet(mesh, 0.2)
+    near.update()
+    value_of = {tuple(p): float(i) for i, p in enumerate(near.triangles.pairs.tolist())}
+    values = np.arange(len(near.triangles.pairs), dtype=float)
+    mesh.update(rest * [1, 1.4, 1])  # fewer pairs are near
+    near.update()
+    numbered = near.triangles
+    assert len(numbered.removed) > 0
+    values = np.resize(values, len(numbered.pairs))
+    values[numbered.added] = -1
+    to = near.compact().triangles
+    assert to.shape == values.shape and (to >= 0).sum() == len(near)
+    moved = np.empty(len(near))
+    moved[to[to >= 0]] = values[to >= 0]
+    for pair, value in zip(near.triangles.pairs.tolist(), moved):
+        assert value_of.get(tuple(pair), -1) == value
 
 
 def test_contacts_are_those_of_collide():

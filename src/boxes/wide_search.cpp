@@ -45,16 +45,15 @@ class WideSearch::Walk {
   /// Visits one pair: pushes the pairs of its children whose boxes overlap, or adds it to the leaf
   /// pairs found.
   ADAPTIVE_BVH_INLINE void visit(const NodePair& pair) {
-    if (!isMarked(pair)) return;
+    if (!isWanted(pair)) return;
     if (isSelfPair(pair))
       testNode(pair.first, isFlat(pair.first));
     else
       testPair(pair);
   }
 
-  bool isMarked(const NodePair& pair) const {
-    return !trees_.marked.first ||
-           (trees_.marked.first[pair.first] | trees_.marked.second[pair.second]) != 0;
+  bool isWanted(const NodePair& pair) const {
+    return !trees_.moved.first || trees_.moved.contain(pair);
   }
   /// Whether a pair of nodes of one tree is a node with itself.
   bool isSelfPair(const NodePair& pair) const {
@@ -206,7 +205,7 @@ void WideSearch::split(std::vector<NodePair>& pairs, std::size_t enough, const T
       });
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       const NodePair pair = pairs[i];
-      if (!walk.isMarked(pair)) continue;
+      if (!walk.isWanted(pair)) continue;
       if (trees_.first[pair.first].isLeaf() && trees_.second[pair.second].isLeaf()) {
         lower.push_back(pair);
         continue;

@@ -72,9 +72,21 @@ class BoxFrame {
   Float4 growth_;
 };
 
-/// Nodes of two trees, by number: those whose mark is not 0. Null for all nodes.
-struct MarkedNodes {
-  const std::uint8_t *first = nullptr, *second = nullptr;
+/// Upper bound of the squared difference of two points, one of each box; NaN if it overflows.
+ADAPTIVE_BVH_INLINE float largestSquare(const Box& a, const Box& b) {
+  const Float4 apart = float4::upper<Float4>(a.high - b.low, b.high - a.low);
+  return float4::dot(apart, apart);
+}
+
+/// For the nodes of two trees, by number: a box around the displacements of the points below, in
+/// units of a limit. Only pairs of nodes are searched below which two points may have moved by more
+/// than the limit, one relative to the other. Null for all pairs.
+struct MovedNodes {
+  const Box *first = nullptr, *second = nullptr;
+
+  ADAPTIVE_BVH_INLINE bool contain(const NodePair& pair) const {
+    return !(largestSquare(first[pair.first], second[pair.second]) <= 1);
+  }
 };
 
 /// The input of a search: two trees, or one tree with itself.
@@ -85,9 +97,8 @@ struct WideTrees {
   bool is_self = false;
   /// For one tree with itself: inner nodes below which no pairs need to be found; or null.
   const FlatPatches* flat = nullptr;
-  /// Only pairs of nodes of which at least one is marked are searched. With a node, all nodes above
-  /// it must be marked.
-  MarkedNodes marked = {};
+  /// The pairs of nodes to search, if not all. A node's box encloses those of its children.
+  MovedNodes moved = {};
 };
 
 /// Two leaves with triangles whose boxes overlap, or a leaf with itself: bit 4 j + i of `pairs` for

@@ -230,7 +230,7 @@ struct PairInput {
   const NeighbourFilter filter = NeighbourFilter::None;
   const double distance;              ///< in the meshes' unit
   const FlatPatches* flat = nullptr;  ///< for one mesh: nodes without pairs; or null
-  MarkedNodes marked = {};  ///< the nodes to search (WideTrees); of a leaf a bit for each triangle
+  MovedNodes moved = {};              ///< the pairs of nodes to search, if not all
 
   /// Returns the input of WideSearch. `frame`: SameFrame or RelativeFrame, which must outlive it.
   template <typename Frame>
@@ -241,16 +241,7 @@ struct PairInput {
             BoxFrame(frame.change(), distance * tree1.scale()),
             &first == &second,
             flat,
-            marked};
-  }
-  /// The pairs of triangles of two leaves, among `pairs` (LeavesFound), of which one is marked.
-  ADAPTIVE_BVH_INLINE unsigned markedPairs(unsigned pairs, const WideNode& a,
-                                           const WideNode& b) const {
-    if (!marked.first) return pairs;
-    unsigned of_first = marked.first[&a - tree1.nodes()] * 0x1111u, of_second = 0;
-    for (int j = 0; j < 4; ++j)
-      of_second |= (marked.second[&b - tree2.nodes()] >> j & 1u) * (15u << (4 * j));
-    return pairs & (of_first | of_second);
+            moved};
   }
   /// Returns the corners, in the first mesh's frame, of a triangle of the first or of the second
   /// mesh. `leaf_index`: its index in the order of the leaves of its tree.

@@ -12,6 +12,7 @@
 #include "adaptive_bvh/adaptive_bvh_model.h"
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/contact_regions.h"
+#include "adaptive_bvh/contact_set.h"
 #include "adaptive_bvh/continuous_collision.h"
 #include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
@@ -72,6 +73,12 @@ std::vector<long> sortedPairs(const Pairs& pairs) {
   }
   return numbers;
 }
+std::vector<long> sortedPairs(const NumberedPairs& held) {
+  std::vector<FeaturePair> pairs;
+  for (unsigned n = 0; n < held.pairs.size(); ++n)
+    if (held.contains(n)) pairs.push_back(held.pairs[n]);
+  return sortedPairs(pairs);
+}
 std::vector<long> sortedContacts(const fcl::CollisionResultd& result) {
   std::vector<std::pair<long, long>> pairs;
   for (std::size_t i = 0; i < result.numContacts(); ++i)
@@ -100,6 +107,7 @@ class Asked {
 
   Answers answers() {
     coherent();
+    contactSets();
     pairs();
     contacts();
     pointsAndRays();
@@ -128,6 +136,30 @@ class Asked {
     }
     answers_.addReal("distances", lengths);
     answers_.addWhole("isNearer", nearer);
+  }
+  /// Sets through the step of the first mesh and back, and a little beside both.
+  void contactSets() {
+    for (const ContactElements elements : {ContactElements::Triangles, ContactElements::Features}) {
+      ContactSetRequest<double> request;
+      request.distance = in_.limit;
+      request.elements = elements;
+      Body moving(in_.first);
+      moving.setQueryThreads(3);
+      ContactSet<double> own(moving, request), both(moving, second_, request);
+      for (const double part : {0., 1e-3, 1., 1., 0.}) {
+        Points now = in_.first.vertices;
+        for (std::size_t v = 0; v < now.size(); ++v) now[v] += part * (in_.moved[v] - now[v]);
+        moving.update(now);
+        own.update();
+        both.update(in_.tf1, in_.tf2);
+        for (const ContactSet<double>* set : {&own, &both}) {
+          answers_.addWhole("ContactSet, triangles", sortedPairs(set->triangles()));
+          for (const FeatureKind kind :
+               {FeatureKind::VertexFace, FeatureKind::FaceVertex, FeatureKind::EdgeEdge})
+            answers_.addWhole("ContactSet, features", sortedPairs(set->features(kind)));
+        }
+      }
+    }
   }
   void pairs() {
     ProximityRequest<double> request;

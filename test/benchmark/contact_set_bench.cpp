@@ -36,6 +36,8 @@ using Request = adaptive_bvh::ContactSetRequest<double>;
 using Pairs = std::vector<FeaturePair>;
 
 bool failed = false;
+/// Rows to print: those whose titles have this text.
+std::string chosen_rows;
 
 /// A grid bent by place(u, v) for u and v in [0, 1].
 template <typename Place>
@@ -90,20 +92,23 @@ void compare(const ContactSetd& set, const Request& request,
   failed = true;
 }
 
-/// Runs steps: move(i) changes the meshes, query() finds all pairs anew, compare() compares. Prints
-/// a row with the ratio of the average times.
-void run(const std::string& name, ContactSetd& set, int steps, double allowed,
-         const std::function<void(int)>& move, const std::function<void()>& query,
-         const std::function<void()>& compare_both) {
-  double of_set = 0, of_query = 0;
-  std::size_t changed = 0, tested = 0, candidates = 0;
-  const double first = milliseconds([&] { set.update(); });
-  for (int i = 1; i <= steps; ++i) {
-    move(i);
-    if (i % 2) of_query += milliseconds(query);
-    of_set += milliseconds([&] { set.update(); });
-    if (i % 2 == 0) of_query += milliseconds(query);
-    if (i % 7 == 1 || i == steps) compare_both();
+bool isChosen(const std::string& row) { return row.find(chosen_rows) != std::string::npos; }
+
+void printHead(const std::string& title) {
+  std::printf(
+      "\n%s, pairs within half an edge\n"
+      "| | pairs | changed a step | candidates of each | tested, %% | searches a step | "
+      "first update, ms | query, ms | update, ms | ratio | |\n"
+      "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- |\n",
+      title.c_str());
+}
+
+/// What a run has measured; sums over its steps.
+struct Row {
+  double first = 0, of_query = 0, of_set = 0;  ///< times
+  std::size_t changed = 0, tested = 0, candidates = 0, searches = 0;
+
+  void count(const ContactSetd& set) {
     for (const NumberedPairs* list :
          {&set.triangles(), &set.features(FeatureKind::VertexFace),
           &set.features(FeatureKind::FaceVertex), &set.features(FeatureKind::EdgeEdge)})
@@ -111,21 +116,36 @@ void run(const std::string& name, ContactSetd& set, int steps, double allowed,
     tested += set.work().tested;
     candidates += set.work().candidates;
   }
-  const double n = steps;
-  std::printf("| %s | %zu | %.0f | %.2f | %.0f %% | %.3g | %.3g | %.3g | %.3f | %s |\n",
-              name.c_str(), set.size(), double(changed) / n,
-              double(candidates) / n / double(std::max<std::size_t>(1, set.size())),
-              100 * double(tested) / double(std::max<std::size_t>(1, candidates)), first,
-              of_query / n, of_set / n, of_set / of_query,
-              of_set / of_query <= allowed ? "" : "more than allowed");
-}
+  void print(const std::string& name, const ContactSetd& set, int steps, double allowed) const {
+    const double n = steps, all = double(std::max<std::size_t>(1, candidates)),
+                 pairs = double(std::max<std::size_t>(1, set.size()));
+    std::printf("| %s | %zu | %.0f | %.2f | %.0f | %.2f | %.3g | %.3g | %.3g | %.3f | %s |\n",
+                name.c_str(), set.size(), double(changed) / n, double(candidates) / n / pairs,
+                100 * double(tested) / all, double(searches) / n, first, of_query / n, of_set / n,
+                of_set / of_query, of_set <= allowed * of_query ? "" : "more than allowed");
+    std::fflush(stdout);
+  }
+};
 
-void printHead(const char* title) {
-  std::printf(
-      "\n%s\n| | pairs | changed a step | candidates / pairs | tested | first update, ms | "
-      "query, ms | update, ms | ratio | |\n"
-      "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- |\n",
-      title);
+/// Runs steps: move(i) changes the meshes, query() finds all pairs anew, compare() compares. Prints
+/// a row with the ratio of the average times.
+void run(const std::string& name, ContactSetd& set, int steps, double allowed,
+         const std::function<void(int)>& move, const std::function<void()>& query,
+         const std::function<void()>& compare_both) {
+  Row row;
+  const auto update = [&] { set.update(); };
+  row.first = milliseconds(update);
+  const std::size_t searches = set.work().searches;
+  for (int i = 1; i <= steps; ++i) {
+    move(i);
+    if (i % 2) row.of_query += milliseconds(query);
+    row.of_set += milliseconds(update);
+    if (i % 2 == 0) row.of_query += milliseconds(query);
+    if (i % 7 == 1 || i == steps) compare_both();
+    row.count(set);
+  }
+  row.searches = set.work().searches - searches;
+  row.print(name, set, steps, allowed);
 }
 
 /// One mesh with itself, along straight lines between two frames.
@@ -143,7 +163,7 @@ class SelfRuns {
       for (const double by : {0.02, 0.5})
         poke(what + ", 1 % moved by " + std::to_string(by).substr(0, 4) + " edges", elements, by,
              most_steps);
-      still(elements);
+      still(what + ", nothing moves", elements);
     }
   }
 
@@ -163,21 +183,23 @@ class SelfRuns {
   }
   void run(const std::string& name, ContactElements elements, int steps, double allowed,
            const std::function<void(DeformableMeshd&, int)>& move) {
+    if (!isChosen(name)) return;
     DeformableMeshd mesh(from_);
     const Request request = requestOf(elements);
     ContactSetd set(mesh, request);
     Found found;
-    adaptive_bvh::ProximityRequest<double> of;
-    of.distance = request.distance;
     ::run(
         name, set, steps, allowed, [&](int i) { move(mesh, i); },
-        [&] {
-          if (elements == ContactElements::Triangles)
-            pairsWithin(mesh, of, found.triangles);
-          else
-            featurePairsWithin(mesh, request.distance, found.features);
-        },
+        [&] { query(mesh, elements, found); },
         [&] { compare(set, request, found.triangles, found.features); });
+  }
+  void query(const DeformableMeshd& mesh, ContactElements elements, Found& found) const {
+    const Request request = requestOf(elements);
+    if (elements == ContactElements::Features)
+      return featurePairsWithin(mesh, request.distance, found.features), void();
+    adaptive_bvh::ProximityRequest<double> of;
+    of.distance = request.distance;
+    pairsWithin(mesh, of, found.triangles);
   }
 
   void frames(const std::string& name, ContactElements elements, int parts, int steps,
@@ -221,15 +243,21 @@ class SelfRuns {
       mesh.update(near, to);
     });
   }
-  void still(ContactElements elements) const {
-    DeformableMeshd mesh(from_);
-    ContactSetd set(mesh, requestOf(elements));
-    set.update();
+  void still(const std::string& name, ContactElements elements) {
+    constexpr double kMost = 0.002;  // ms
     constexpr int kCalls = 10000;
-    const double time = milliseconds([&] {
-      for (int i = 0; i < kCalls; ++i) set.update();
-    });
-    std::printf("Nothing moved: %.3f us an update\n", 1000 * time / kCalls);
+    if (!isChosen(name)) return;
+    const DeformableMeshd mesh(from_);
+    ContactSetd set(mesh, requestOf(elements));
+    Found found;
+    Row row;
+    row.first = milliseconds([&] { set.update(); });
+    row.of_query = milliseconds([&] { query(mesh, elements, found); });
+    row.of_set = milliseconds([&] {
+                   for (int i = 0; i < kCalls; ++i) set.update();
+                 }) /
+                 kCalls;
+    row.print(name, set, 1, kMost / row.of_query);
   }
 
   const Mesh from_;
@@ -250,6 +278,10 @@ void crowd(int count, int steps) {
   const double edge = meanEdge(blob), side = std::cbrt(double(count)) * 2.4;
   for (const double share : {1., 0.01})
     for (const double speed : {0.02, 0.2}) {
+      const int moving = std::max(1, int(share * count));
+      const std::string name = std::to_string(moving) + " of " + std::to_string(count) +
+                               " blobs move by " + std::to_string(speed).substr(0, 4) + " edges";
+      if (!isChosen(name)) continue;
       std::vector<std::shared_ptr<DeformableMeshd>> meshes;
       adaptive_bvh::Scened scene;
       std::vector<fcl::Transform3d> poses;
@@ -267,11 +299,8 @@ void crowd(int count, int steps) {
       adaptive_bvh::SceneTrianglePairs<double> found;
       adaptive_bvh::ProximityRequest<double> of;
       of.distance = request.distance;
-      const int moving = std::max(1, int(share * count));
       run(
-          std::to_string(moving) + " of " + std::to_string(count) + " blobs move by " +
-              std::to_string(speed).substr(0, 4) + " edges",
-          set, steps,
+          name, set, steps,
           share < 1      ? 0.1
           : speed > 0.02 ? 1.1
                          : 0.35,
@@ -296,19 +325,9 @@ void crowd(int count, int steps) {
     }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  CLI::App app("ContactSet: its time as a share of that of new queries");
-  int steps = 50;
-  bool is_small = false;
-  std::string data = ADAPTIVE_BVH_BENCH_DATA;
-  app.add_option("--steps", steps, "Most steps of a run")->check(CLI::Range(4, 1000));
-  app.add_option("--data", data, "Folder with the frames armadillo_rollers and cloth_funnel");
-  app.add_flag("--small", is_small, "Small bodies, to see that it works");
-  CLI11_PARSE(app, argc, argv);
-  const int cells = is_small ? 20 : 90;
-  printHead("A cloth with folds, pairs within half an edge");
+/// A cloth of folds, whose folds move.
+void folds(int cells, int steps) {
+  printHead("A cloth with folds");
   const auto fold = [](double u, double v, double time) -> Point {
     return {u - 0.35 * u * std::sin(9 * u + time), v,
             0.06 * std::sin(40 * u + time) + 0.02 * std::sin(17 * v - time)};
@@ -316,22 +335,50 @@ int main(int argc, char** argv) {
   const Mesh cloth = grid(cells, cells, [&](double u, double v) { return fold(u, v, 0); });
   SelfRuns(cloth, grid(cells, cells, [&](double u, double v) { return fold(u, v, 0.1); }).vertices)
       .all(steps);
-  printHead("A crowd, pairs within half an edge");
-  crowd(is_small ? 30 : 300, std::min(steps, 24));
+}
+
 #ifdef ADAPTIVE_BVH_HAS_MESH_IO
-  for (const std::string name :
-       {"cloth_funnel_227 cloth_funnel_228", "armadillo_rollers_326 armadillo_rollers_327"}) {
-    const auto space = name.find(' ');
-    const std::string from = data + "/" + name.substr(0, space) + ".ply",
-                      to = data + "/" + name.substr(space + 1) + ".ply";
-    if (is_small || !std::filesystem::exists(from)) continue;
-    printHead(name.c_str());
-    adaptive_bvh::MeshLoadOptions keep;
-    keep.weld = false;  // both frames pair their vertices by number
-    SelfRuns(adaptive_bvh::loadMesh<double>(from, keep),
-             adaptive_bvh::loadMesh<double>(to, keep).vertices)
-        .all(steps);
+/// Between two frames of a simulation.
+void frames(const std::string& folder, const std::string& from, const std::string& to, int steps) {
+  const std::string start = folder + "/" + from + ".ply", end = folder + "/" + to + ".ply";
+  if (!std::filesystem::exists(start)) return;
+  printHead(from);
+  adaptive_bvh::MeshLoadOptions keep;
+  keep.weld = false;  // both frames pair their vertices by number
+  SelfRuns(adaptive_bvh::loadMesh<double>(start, keep),
+           adaptive_bvh::loadMesh<double>(end, keep).vertices)
+      .all(steps);
+}
+#endif
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("ContactSet: its time as a share of that of new queries");
+  int steps = 50;
+  bool is_small = false;
+  std::string data;
+  app.add_option("--steps", steps, "Most steps of a run")->check(CLI::Range(4, 1000));
+  app.add_option("--data", data, "Folder with the frames of simulations, see docs/performance.md");
+  app.add_option("--row", chosen_rows, "Only rows whose titles have this text");
+  std::vector<std::string> bodies;
+  app.add_option("--body", bodies, "Only these bodies")
+      ->check(CLI::IsMember({"folds", "crowd", "cloth_funnel_227", "armadillo_rollers_326"}));
+  app.add_flag("--small", is_small, "Small bodies, to see that it works");
+  CLI11_PARSE(app, argc, argv);
+  const auto takes = [&](const char* body) {
+    return bodies.empty() || std::find(bodies.begin(), bodies.end(), body) != bodies.end();
+  };
+  if (takes("folds")) folds(is_small ? 20 : 90, steps);
+  if (takes("crowd")) {
+    printHead("A crowd");
+    crowd(is_small ? 30 : 300, std::min(steps, 24));
   }
+#ifdef ADAPTIVE_BVH_HAS_MESH_IO
+  if (!is_small && takes("cloth_funnel_227"))
+    frames(data, "cloth_funnel_227", "cloth_funnel_228", steps);
+  if (!is_small && takes("armadillo_rollers_326"))
+    frames(data, "armadillo_rollers_326", "armadillo_rollers_327", steps);
 #endif
   return failed ? EXIT_FAILURE : EXIT_SUCCESS;
 }

@@ -15,8 +15,10 @@
 namespace adaptive_bvh_test {
 namespace wide_search_test {
 
+using adaptive_bvh::Box;
 using adaptive_bvh::Boxes4;
 using adaptive_bvh::BoxFrame;
+using adaptive_bvh::Float4;
 using adaptive_bvh::FrameChange;
 using adaptive_bvh::LeavesFound;
 using adaptive_bvh::NodePair;
@@ -132,34 +134,39 @@ TEST(WideSearch, FindsWhatOverlaps) {
   EXPECT_GT(seen, 1000u);
 }
 
-/// Marks some leaves and all nodes above them; `triangles`: whether each is in such a leaf.
-std::vector<std::uint8_t> markSome(const WideTree& tree, RandomGeometry<double>& random,
-                                   std::vector<bool>& triangles) {
-  std::vector<std::uint8_t> marks(std::size_t(tree.size()), 0);
+/// Boxes of displacements that are points in most leaves; by triangle the box of its leaf.
+std::vector<Box> moveSome(const WideTree& tree, RandomGeometry<double>& random,
+                          std::vector<Box>& of_triangles) {
+  const auto anyBox = [&]() -> Box {
+    const Float4 at = {float(random.uniform(-0.4, 0.4)), float(random.uniform(-0.4, 0.4)), 0, 0},
+                 side = {random.oneIn(8) ? 1.f : 0.f, 0, 0, 0};
+    return {at, at + side};
+  };
+  std::vector<Box> boxes(std::size_t(tree.size()));
   for (int n = tree.size(); n-- > 0;) {
     const adaptive_bvh::WideNode& node = tree.nodes()[n];
-    std::uint8_t& mark = marks[std::size_t(n)];
-    if (node.isLeaf()) mark = random.oneIn(8);
-    for (int i = 0; i < node.count; ++i) {
-      if (!node.isLeaf()) mark |= marks[std::size_t(node.below[i])];
+    Box& box = boxes[std::size_t(n)];
+    box = node.isLeaf() ? anyBox() : boxes[std::size_t(node.below[0])];
+    for (int i = 0; i < int(node.count); ++i) {
+      if (!node.isLeaf()) box.add(boxes[std::size_t(node.below[i])]);
       if (!node.isLeaf()) continue;
-      triangles.resize(std::max(triangles.size(), std::size_t(node.first + i + 1)));
-      triangles[std::size_t(node.first + i)] = mark != 0;
+      of_triangles.resize(std::max(of_triangles.size(), std::size_t(node.first + i + 1)));
+      of_triangles[std::size_t(node.first + i)] = box;
     }
   }
-  return marks;
+  return boxes;
 }
 
-TEST(WideSearch, FindsPairsOfMarkedNodes) {
+TEST(WideSearch, FindsPairsOfMovedNodes) {
   RandomGeometry<double> random(63);
-  std::size_t seen = 0;
+  std::size_t seen = 0, left_out = 0;
   for (const int triangles : {2, 17, 300})
     for (const bool is_self : {false, true}) {
       const Soup a(triangles, random), other(triangles + 3, random);
       const Soup& b = is_self ? a : other;
-      std::vector<bool> first, second;
-      const auto marks1 = markSome(a.tree, random, first);
-      const auto marks2 = is_self ? marks1 : markSome(b.tree, random, second);
+      std::vector<Box> first, second;
+      const auto boxes1 = moveSome(a.tree, random, first);
+      const auto boxes2 = is_self ? boxes1 : moveSome(b.tree, random, second);
       if (is_self) second = first;
       const BoxFrame frame(nullptr, 0.05);
       const NodePair root{0, 0};
@@ -169,7 +176,7 @@ TEST(WideSearch, FindsPairsOfMarkedNodes) {
                          frame,
                          is_self,
                          nullptr,
-                         {marks1.data(), marks2.data()}});
+                         {boxes1.data(), boxes2.data()}});
       std::vector<NodePair> below{root};
       for (const bool splits : {false, true}) {
         if (splits) search.split(below, 20, adaptive_bvh::TaskPool(1));
@@ -179,14 +186,20 @@ TEST(WideSearch, FindsPairsOfMarkedNodes) {
         for (auto& pair : found)
           if (is_self && pair.first > pair.second) std::swap(pair.first, pair.second);
         std::sort(found.begin(), found.end());
-        for (const auto& pair : overlapping(a, b, frame))
-          if (first[std::size_t(pair.first)] || second[std::size_t(pair.second)])
+        for (const auto& pair : overlapping(a, b, frame)) {
+          const float most = adaptive_bvh::largestSquare(first[std::size_t(pair.first)],
+                                                         second[std::size_t(pair.second)]);
+          if (most > 1)
             expected.push_back(pair);
+          else
+            ++left_out;
+        }
         EXPECT_EQ(expected, found);
         seen += found.size();
       }
     }
   EXPECT_GT(seen, 100u);
+  EXPECT_GT(left_out, 100u);
 }
 
 }  // namespace wide_search_test

@@ -94,6 +94,7 @@ class Subject {
       case 35: onMesh([&](MeshQueries& queries) { queries.continuous(in); }); break;
       case 36: onMesh([&](MeshQueries& queries) { queries.proximity(in); }); break;
       case 37: onMesh([&](MeshQueries& queries) { queries.ray(in); }); break;
+      case 38: onMesh([&](MeshQueries& queries) { queries.contactSets(in); }); break;
       default: criterion(in); break;
     }
     check(state, before);

@@ -11,8 +11,10 @@
 
 #include "adaptive_bvh/coherent_distance.h"
 #include "adaptive_bvh/contact_regions.h"
+#include "adaptive_bvh/contact_set.h"
 #include "adaptive_bvh/continuous_collision.h"
 #include "adaptive_bvh/distance_derivatives.h"
+#include "adaptive_bvh/motion_clearance.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
@@ -88,7 +90,11 @@ inline bool arePlain(const Points& points) {
 /// mesh, whatever happens to it in between.
 class MeshQueries {
  public:
-  explicit MeshQueries(const DeformableMeshd& mesh) : mesh_(mesh), coherent_(mesh, obstacle()) {}
+  explicit MeshQueries(const DeformableMeshd& mesh)
+      : mesh_(mesh),
+        coherent_(mesh, obstacle()),
+        near_obstacle_(mesh, obstacle(), setRequest(adaptive_bvh::ContactElements::Triangles)),
+        own_features_(mesh, setRequest(adaptive_bvh::ContactElements::Features)) {}
 
   /// A body that does not change, to ask distances to.
   static const DeformableMeshd& obstacle() {
@@ -237,7 +243,8 @@ class MeshQueries {
     const Point middle = in.point(), side = in.point().cwiseAbs(), along = in.point();
     const double radius = std::abs(in.coordinate());
     if (!isPlainFrame() || !arePlain({middle, side, along, Point::Constant(radius)})) return;
-    if (!(side.minCoeff() > 0) || !(radius > 0) || along.isZero(0)) return;
+    const double refused = std::ldexp(1., -204);  // shapes that are smaller
+    if (!(side.minCoeff() > refused) || !(radius > refused) || along.isZero(0)) return;
     const fcl::Sphered ball(radius);
     const fcl::Boxd box(side);
     fcl::Transform3d tf = fcl::Transform3d::Identity();
@@ -334,6 +341,42 @@ class MeshQueries {
             found.normals[0].isZero(0) || swapped.normals[0].isZero(0));
   }
 
+  /// Sets that go through all updates of the mesh hold the pairs of new queries.
+  void contactSets(Bytes& in) {
+    const fcl::Transform3d still = fcl::Transform3d::Identity();
+    if (in.oneIn(2)) obstacle_tf_ = pose(in);
+    adaptive_bvh::ProximityRequest<double> request;
+    request.distance = kNear;
+    adaptive_bvh::TrianglePairs<double> triangles;
+    REQUIRE(pairsWithin(mesh_, still, obstacle(), obstacle_tf_, request, triangles) ==
+            near_obstacle_.update(still, obstacle_tf_));
+    REQUIRE(areHeld(triangles.triangles, near_obstacle_.triangles()));
+    adaptive_bvh::FeaturePairs features;
+    REQUIRE(featurePairsWithin(mesh_, kNear, features) == own_features_.update());
+    using adaptive_bvh::FeatureKind;
+    REQUIRE(areHeld(features.vertex_face, own_features_.features(FeatureKind::VertexFace)));
+    REQUIRE(areHeld(features.edge_edge, own_features_.features(FeatureKind::EdgeEdge)));
+    adaptive_bvh::Renumbering moved;
+    if (in.oneIn(4)) own_features_.compact(moved);
+  }
+
+  /// Bounds of the least distance on a way of the obstacle: a tolerance apart, and no farther than
+  /// it is at both ends.
+  void clearance(Bytes& in) const {
+    const fcl::Transform3d still = fcl::Transform3d::Identity(), start = pose(in), end = pose(in);
+    const auto path =
+        in.oneIn(2) ? adaptive_bvh::FramePath::Screw : adaptive_bvh::FramePath::Straight;
+    if (!isPlainFrame()) return;
+    constexpr double kTolerance = 1e-3;
+    const auto least =
+        leastDistance(adaptive_bvh::BodyMotion<double>(mesh_, still, still),
+                      adaptive_bvh::BodyMotion<double>(obstacle(), start, end, path), kTolerance);
+    REQUIRE(least.exists() && least.lower >= 0 && least.time >= 0 && least.time <= 1);
+    REQUIRE(least.lower <= least.upper && least.upper <= least.lower + kTolerance);
+    for (const fcl::Transform3d& tf : {start, end})
+      REQUIRE(least.lower <= BruteForce<double>(mesh_, still, obstacle(), tf).distance() + 1e-9);
+  }
+
   /// Between this frame and another: refused, or the earliest impact is that of the earliest pair,
   /// and no vertex that stays within its bounds brings anything together.
   void trustRegion(const Points& start, const Points& end, double separation, double radius) {
@@ -400,10 +443,30 @@ class MeshQueries {
   }
 
  private:
+  static constexpr double kNear = 0.375;  // distance of the sets
+
+  static adaptive_bvh::ContactSetRequest<double> setRequest(
+      adaptive_bvh::ContactElements elements) {
+    adaptive_bvh::ContactSetRequest<double> request;
+    request.distance = kNear;
+    request.elements = elements;
+    return request;
+  }
+  static bool areHeld(std::vector<adaptive_bvh::FeaturePair> found,
+                      const adaptive_bvh::NumberedPairs& held) {
+    std::vector<adaptive_bvh::FeaturePair> pairs;
+    for (unsigned n = 0; n < held.pairs.size(); ++n)
+      if (held.contains(n)) pairs.push_back(held.pairs[n]);
+    std::sort(pairs.begin(), pairs.end());
+    std::sort(found.begin(), found.end());
+    return pairs == found;
+  }
   bool isPlainFrame() const { return arePlain(mesh_.vertices()); }
 
   const DeformableMeshd& mesh_;
   adaptive_bvh::CoherentDistance<double> coherent_;
+  adaptive_bvh::ContactSet<double> near_obstacle_, own_features_;
+  fcl::Transform3d obstacle_tf_ = fcl::Transform3d::Identity();  ///< of the sets
 };
 
 }  // namespace adaptive_bvh_test

@@ -262,6 +262,10 @@ class MeshSubject {
       case 14: queries_->continuous(in); break;
       case 16:
       case 17: queries_->regions(in); break;
+      case 18:
+      case 19:
+      case 20: queries_->contactSets(in); break;
+      case 21: queries_->clearance(in); break;
       default: in.oneIn(4) ? queries_->scene(in) : queries_->excursion(in); break;
     }
   }

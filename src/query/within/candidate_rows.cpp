@@ -86,50 +86,62 @@ void CandidateRows::append(Row& row, const unsigned* seconds, unsigned count) {
   size_ += count;
 }
 
-void CandidateRows::assign(const std::vector<FeaturePair>& found, std::size_t num_first,
-                           std::size_t num_second, const CandidateRows& last, bool has_reserves,
+void CandidateRows::assign(std::vector<FeaturePair>& found, SmallIds& first, SmallIds& second,
+                           const CandidateRows& last, bool has_reserves,
                            std::vector<Dropped>& dropped) {
   const Leased<MergeMemory> memory;
+  std::vector<unsigned>& marks = memory->marks;
   has_reserves_ = has_reserves && last.has_reserves_;
-  rows_.assign(num_first, Row());
-  sortByRow(found, num_first, *memory);
-  if (memory->marks.size() < num_second) memory->marks.resize(num_second, kUnmarked);
-  enlarge(found.size() + 4 * num_first);
+  layOut(found, first, second);
+  if (marks.size() < second.count()) marks.resize(second.count(), kUnmarked);
   dropped.clear();
-  end_ = 0;
-  for (unsigned i = 0; i < num_first; ++i) {
-    const unsigned begin = memory->begins[i], count = memory->begins[i + 1] - begin;
-    assignRow(i, memory->seconds.data() + begin, count, last, memory->marks.data(), dropped);
+  dropped.reserve(last.capacity());  // matchRow must not throw, as it changes the marks
+  for (std::size_t i = 0; i < rows_.size(); ++i)
+    matchRow(rows_[i], i < last.rows_.size() ? last.rows_[i] : Row(), last, marks.data(), dropped);
+}
+
+/// Fills the rows with the second ids of pairs, in their order. Overwrites the first ones by ids.
+void CandidateRows::layOut(std::vector<FeaturePair>& found, SmallIds& first, SmallIds& second) {
+  rows_.assign(first.count(), Row());
+  for (FeaturePair& pair : found) {
+    pair.first = first(pair.first);
+    if (pair.first == rows_.size()) rows_.emplace_back();
+    ++rows_[pair.first].room;
   }
+  std::size_t end = 0;
+  for (Row& row : rows_) {
+    row.begin = static_cast<unsigned>(end);
+    row.room = upToFour(row.room);
+    end += row.room;
+  }
+  enlarge(end);
+  end_ = static_cast<unsigned>(end);
+  for (const FeaturePair& pair : found) {
+    Row& row = rows_[pair.first];
+    second_[row.begin + row.count++] = second(pair.second);
+  }
+  for (const Row& row : rows_)
+    for (unsigned i = row.count; i < row.room; ++i) second_[row.begin + i] = 0;
   size_ = found.size();
   used_ = end_;
 }
 
-/// Sets a row to the ids found, which are overwritten.
-void CandidateRows::assignRow(unsigned number, unsigned* found, unsigned count,
-                              const CandidateRows& last, unsigned* marks,
-                              std::vector<Dropped>& dropped) {
-  const Row before = number < last.rows_.size() ? last.rows_[number] : Row();
+/// Copies what a row of `last` has of the same candidates.
+void CandidateRows::matchRow(Row& row, const Row& before, const CandidateRows& last,
+                             unsigned* marks, std::vector<Dropped>& dropped) {
   for (unsigned at = before.begin; at < before.begin + before.count; ++at)
     marks[last.second_[at]] = at;
-  Row& row = rows_[number];
-  row.begin = end_;
-  row.count = count;
-  row.room = upToFour(count);
-  unsigned to = end_, added = 0;
-  for (unsigned i = 0; i < count; ++i) {
-    unsigned& mark = marks[found[i]];
+  row.is_new = before.is_new;
+  for (unsigned at = row.begin; at < row.begin + row.count; ++at) {
+    unsigned& mark = marks[second_[at]];
     if (mark == kUnmarked) {
-      found[added++] = found[i];
-    } else if (mark != kMatched) {
-      copy(last, mark, to++);
+      setNew(at, second_[at]);
+      row.is_new = true;
+    } else {
+      copy(last, mark, at);
       mark = kMatched;
     }
   }
-  row.is_new = added > 0 || before.is_new;
-  for (unsigned i = 0; i < added; ++i) setNew(to++, found[i]);
-  for (; to < end_ + row.room; ++to) second_[to] = 0;
-  end_ += row.room;
   for (unsigned at = before.begin; at < before.begin + before.count; ++at) {
     unsigned& mark = marks[last.second_[at]];
     if (mark != kMatched && last.bits_[at]) dropped.push_back({last.pairs_[at], last.bits_[at]});

@@ -22,6 +22,7 @@ class SmallIds {
   SmallIds(const SmallIds&) = delete;
   SmallIds& operator=(const SmallIds&) = delete;
 
+  std::size_t count() const { return elements_.size(); }  ///< number of ids
   /// The id of an element, a new one if it has none.
   unsigned operator()(unsigned element) {
     const unsigned id = map()[element];
@@ -84,10 +85,10 @@ class CandidateRows {
   /// Adds the pairs of ids of a search that are not candidates yet, with the reserve kUnknown.
   /// After an exception, further calls are possible.
   void merge(const std::vector<FeaturePair>& found, std::size_t num_first, std::size_t num_second);
-  /// Replaces the candidates by the pairs of ids of a search. Candidates of `last` keep their pairs
-  /// and reserves; `dropped` gets the candidates with pairs that the search has not found.
-  /// `has_reserves`: whether reserves are needed.
-  void assign(const std::vector<FeaturePair>& found, std::size_t num_first, std::size_t num_second,
+  /// Replaces the candidates by the pairs of a search, whose triangles get ids. Candidates of
+  /// `last` keep their pairs and reserves; `dropped` gets the candidates with pairs that the search
+  /// has not found. `has_reserves`: whether reserves are needed.
+  void assign(std::vector<FeaturePair>& found, SmallIds& first, SmallIds& second,
               const CandidateRows& last, bool has_reserves, std::vector<Dropped>& dropped);
   /// Removes a candidate of a row. The last one of the row takes its place.
   void erase(unsigned number, unsigned at);
@@ -98,8 +99,9 @@ class CandidateRows {
 
  private:
   void mergeRow(unsigned number, unsigned* found, unsigned count, unsigned* marks);
-  void assignRow(unsigned number, unsigned* found, unsigned count, const CandidateRows& last,
-                 unsigned* marks, std::vector<Dropped>& dropped);
+  void layOut(std::vector<FeaturePair>& found, SmallIds& first, SmallIds& second);
+  void matchRow(Row& row, const Row& before, const CandidateRows& last, unsigned* marks,
+                std::vector<Dropped>& dropped);
   void enlarge(std::size_t size);
   void copy(const CandidateRows& from, unsigned at, unsigned to);
   void setNew(unsigned at, unsigned second);

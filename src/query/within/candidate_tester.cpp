@@ -13,8 +13,6 @@ namespace {
 
 using Bits = CandidateRows::Bits;
 
-/// What rounding takes off a reserve, in a MotionUnit: docs/bounds.md, 21.
-constexpr float kReserveError = 3.f / (1 << 17);
 /// Reserve of pairs that no motion brings to the limit.
 constexpr float kForever = 1e18f;
 constexpr float kLargestLimit = 1e30f;
@@ -78,18 +76,18 @@ void CandidateTester::change(const CandidateChange& change, Bits before,
 /// Tests of candidates whose reserves are used up, four at a time.
 class CandidateTester::UsedUp {
  public:
-  UsedUp(const CandidateTester& tester, const Candidates& candidates, double drop_distance,
-         double rounding, CandidateChanges& result)
+  UsedUp(const CandidateTester& tester, CandidateRows& candidates, const TrackedMeshes& tracked,
+         double drop_distance, CandidateChanges& result)
       : tester_(tester),
-        rows_(candidates.rows),
-        first_(candidates.first),
-        second_(candidates.second),
-        scale_(candidates.unit.scale),
+        rows_(candidates),
+        first_(tracked[0]),
+        second_(tracked[1]),
+        scale_(tracked.unit().scale),
         distance_(tester.request_.distance),
-        rounding_(rounding),
+        rounding_(tracked.rounding()),
         near_limit_(limitOf(distance_ * scale_, 1 - kLimitRounding)),
         far_limit_(limitOf(distance_ * scale_, 1 + kLimitRounding)),
-        drop_limit_(limitOf(drop_distance * scale_, 1 + kLimitRounding) + kReserveError),
+        drop_limit_(limitOf(drop_distance * scale_, 1 + kLimitRounding)),
         result_(result) {}
 
   void run(unsigned row, unsigned end_row) {
@@ -103,12 +101,21 @@ class CandidateTester::UsedUp {
     unsigned row, at;
   };
 
+  /// Whether a second triangle of a row has moved: most have not while few vertices move.
+  bool hasAnyMoved(const CandidateRows::Row& row) const {
+    const unsigned* const seconds = rows_.seconds() + row.begin;
+    unsigned moved = 0;
+    for (unsigned i = 0; i < row.count; ++i) moved |= unsigned(second_.hasMoved(seconds[i]));
+    return moved != 0;
+  }
+
   /// Finds the candidates of a row whose reserves are used up. Leaves out those of which no corner
   /// has moved.
   void scan(unsigned number) {
     const CandidateRows::Row& row = rows_.rows()[number];
     if (row.count == 0) return;
     const bool is_whole = row.is_new || first_.hasMoved(number);
+    if (!is_whole && !hasAnyMoved(row)) return;
     rows_.setTested(number);
     const Float4 minus_centre = first_.motions()[number] * kMinusCentre;
     const Float4* const others = second_.motions();
@@ -176,7 +183,7 @@ class CandidateTester::UsedUp {
     else
       bits = testTriangles(open.row, second, upper, reserve);
     bits = tester_.admitted(bits, before, first_.leaf(open.row), second_.leaf(second));
-    setReserve(open, second, reserve - kReserveError);
+    setReserve(open, second, reserve - MotionUnit::kMotionError);
     if (bits != before) tester_.change({open.row, open.at, bits, false}, before, result_);
   }
 
@@ -237,21 +244,20 @@ class CandidateTester::UsedUp {
   unsigned open_count_ = 0;
 };
 
-void CandidateTester::testUsedUp(const Candidates& candidates, double drop_distance,
-                                 double rounding, unsigned row, unsigned end_row,
+void CandidateTester::testUsedUp(CandidateRows& candidates, const TrackedMeshes& tracked,
+                                 double drop_distance, unsigned row, unsigned end_row,
                                  CandidateChanges& result) const {
-  UsedUp(*this, candidates, drop_distance, rounding, result).run(row, end_row);
+  UsedUp(*this, candidates, tracked, drop_distance, result).run(row, end_row);
 }
 
-void CandidateTester::takeAll(const CandidateRows& rows, const std::vector<unsigned>& first,
-                              const std::vector<unsigned>& second, unsigned row, unsigned end_row,
-                              CandidateChanges& result) const {
+void CandidateTester::takeAll(const CandidateRows& candidates, const TrackedMeshes& tracked,
+                              unsigned row, unsigned end_row, CandidateChanges& result) const {
   for (; row < end_row; ++row) {
-    const CandidateRows::Row& in = rows.rows()[row];
+    const CandidateRows::Row& in = candidates.rows()[row];
     for (unsigned at = in.begin; at < in.begin + in.count; ++at) {
-      const Bits before = rows.bits(at);
+      const Bits before = candidates.bits(at);
       if (!request_.has_features && before == 1) continue;
-      const unsigned leaf1 = first[row], leaf2 = second[rows.second(at)];
+      const unsigned leaf1 = tracked[0].leaf(row), leaf2 = tracked[1].leaf(candidates.second(at));
       const Bits bits = request_.has_features ? nearFeatures(leaf1, leaf2) : Bits(1);
       result.tested += request_.has_features;
       const Bits now = admitted(bits, before, leaf1, leaf2);

@@ -4,8 +4,9 @@
 
 #include "query/within/candidate_rows.h"
 #include "query/within/feature_tests.h"
+#include "query/within/kept_meshes.h"
 #include "query/within/kept_request.h"
-#include "query/within/tracked_triangles.h"
+#include "query/within/tracked_meshes.h"
 #include "triangles/triangle_distances4.h"
 
 namespace adaptive_bvh {
@@ -43,20 +44,13 @@ class CandidateTester {
   CandidateTester(const KeptMeshes& meshes, const KeptRequest& request, double radii)
       : meshes_(meshes), request_(request), features_(request.distance, radii, meshes.is_self) {}
 
-  /// The candidates, and where their triangles are.
-  struct Candidates {
-    CandidateRows& rows;
-    const TrackedTriangles &first, &second;
-    const MotionUnit& unit;
-  };
   /// Tests the candidates of rows whose reserves are used up. `drop_distance`: pairs that are
-  /// farther apart need not be candidates. `rounding`: bounds the error of distances.
-  void testUsedUp(const Candidates& candidates, double drop_distance, double rounding, unsigned row,
-                  unsigned end_row, CandidateChanges& result) const;
+  /// farther apart are no longer candidates.
+  void testUsedUp(CandidateRows& candidates, const TrackedMeshes& tracked, double drop_distance,
+                  unsigned row, unsigned end_row, CandidateChanges& result) const;
   /// Takes all candidates of rows for near pairs of triangles.
-  void takeAll(const CandidateRows& rows, const std::vector<unsigned>& first,
-               const std::vector<unsigned>& second, unsigned row, unsigned end_row,
-               CandidateChanges& result) const;
+  void takeAll(const CandidateRows& candidates, const TrackedMeshes& tracked, unsigned row,
+               unsigned end_row, CandidateChanges& result) const;
 
   /// The pair with a number (FeatureTests), by the leaf indices of both triangles. For triangles
   /// there is one, with the number 0.

@@ -21,15 +21,15 @@ void collect(const PairInput& input, const Frame& frame, Sink& sink) {
       sink, input, frame);
 }
 
-/// Collects the near pairs of two meshes in the sink that makeSink(input) returns. `marked`: the
-/// nodes to search, if not all.
+/// Collects the near pairs of two meshes in the sink that makeSink(input) returns. `moved`: the
+/// pairs of nodes to search, if not all.
 template <typename MakeSink>
 void collectPairs(const PairOfMeshes& meshes, double distance, const MakeSink& makeSink,
-                  const MarkedNodes& marked = {}) {
+                  const MovedNodes& moved = {}) {
   TreePair trees(meshes.first, meshes.second);
-  if (!marked.first) alignIfNear(trees, distance);
+  if (!moved.first) alignIfNear(trees, distance);
   PairInput input(trees, distance);
-  input.marked = marked;
+  input.moved = moved;
   auto sink = makeSink(input);
   searchInFrame(
       trees, [&](const auto& frame) { collect(input, frame, sink); },
@@ -40,13 +40,13 @@ void collectPairs(const PairOfMeshes& meshes, double distance, const MakeSink& m
 /// vertex do not count, so that nodes of FlatPatches need not be searched.
 template <typename MakeSink>
 void collectOwnPairs(const PlacedMesh& placed, double distance, NeighbourFilter filter,
-                     bool skips_flat, const MakeSink& makeSink, const MarkedNodes& marked = {}) {
+                     bool skips_flat, const MakeSink& makeSink, const MovedNodes& moved = {}) {
   const FlatPatches flat(placed.tree(), placed.mesh.topology->contours, distance);
   PairInput input(placed, filter, distance);
   // At larger distances hardly a node is flat: the heights of triangles must exceed the distance.
   if (skips_flat && isTaken(Shortcut::FlatPatches) && distance < 0.7 * meanEdge(placed.mesh))
     input.flat = &flat;
-  input.marked = marked;
+  input.moved = moved;
   auto sink = makeSink(input);
   collect(input, SameFrame(), sink);
 }

@@ -6,17 +6,17 @@
 
 #include "query/within/candidate_rows.h"
 #include "query/within/candidate_tester.h"
+#include "query/within/kept_meshes.h"
 #include "query/within/kept_request.h"
-#include "query/within/pair_motion.h"
 #include "query/within/pair_numbers.h"
-#include "query/within/searched_positions.h"
-#include "query/within/tracked_triangles.h"
+#include "query/within/search_schedule.h"
+#include "query/within/tracked_meshes.h"
 
 namespace adaptive_bvh {
 
-/// The pairs of a ContactSet of two meshes, or of one with itself: candidates within a margin
-/// (CandidateRows), with a reserve of motion for each; and the positions at which the trees were
-/// searched. docs/bounds.md, 21.
+/// The pairs of a ContactSet of two meshes, or of one with itself. SearchSchedule decides what is
+/// searched within a margin; what is found become candidates (CandidateRows), each with a reserve
+/// of motion; those whose reserves are used up are tested (CandidateTester). docs/bounds.md, 21.
 ///
 /// An update has two steps: `prepare` finds what has changed, and may throw; `commit` changes the
 /// numbers. So several of these can share their PairNumbers, and all change or none.
@@ -43,24 +43,16 @@ class KeptPairs {
   std::size_t searches() const { return searches_; }  ///< so far
 
  private:
-  enum class Search { None, Marked, All, Anew };
-
   bool isCurrent(const KeptMeshes& meshes) const;
   void replaceMeshes(const KeptMeshes& meshes, const KeptRequest& request);
-  Search nextSearch(const KeptMeshes& meshes, const KeptRequest& request, bool was_known);
-  Search searchWithin(const KeptMeshes& meshes, const KeptRequest& request, double margin);
-  void measureVertices(const KeptMeshes& meshes, double limit);
-  void search(const KeptMeshes& meshes, const KeptRequest& request, Search kind);
+  void search(const KeptMeshes& meshes, const KeptRequest& request, SetSearch kind);
   void merge(const KeptMeshes& meshes, std::vector<FeaturePair>& found, bool is_all);
-  void markMoved(const KeptMeshes& meshes);
-  void recordSearch(const KeptMeshes& meshes, Search kind);
-  void track(const KeptMeshes& meshes, const KeptRequest& request, bool is_new);
-  bool readPositions(const KeptMeshes& meshes);
-  void allowMotion();
-  void restartTracking(const KeptMeshes& meshes, const KeptRequest& request);
   void test(const KeptMeshes& meshes, const KeptRequest& request, bool takes_all);
+  void addPairs(const CandidateTester& tester, const BodyPair& bodies, PairNumbers& numbers);
+  void removePairs(const CandidateTester& tester, PairNumbers& numbers);
+  FeatureTests::Pair pairOf(const CandidateTester& tester, const CandidateChange& change,
+                            unsigned number) const;
   CandidateRows& candidates() { return has_next_ ? next_ : rows_; }
-  TrackedTriangles& tracked(int side) { return tracked_[is_self_ ? 0 : std::size_t(side)]; }
 
   // The meshes of the last `commit`.
   bool is_known_ = false;
@@ -70,29 +62,12 @@ class KeptPairs {
   fcl::Transform3d tf1_ = fcl::Transform3d::Identity(), tf2_ = tf1_;
 
   // Candidates.
+  SearchSchedule schedule_;
   CandidateRows rows_;
   CandidateRows next_;  ///< those of a search of everything, until `commit`
   bool has_next_ = false;
   std::vector<CandidateRows::Dropped> dropped_;  ///< candidates of rows_ that are not in next_
-  std::array<TrackedTriangles, 2> tracked_;      ///< of one mesh with itself only the first
-  MotionUnit unit_;
-  double radii_ = 0;     ///< at restartTracking
-  double rounding_ = 0;  ///< bounds the error of distances that are near the limit
-
-  // Searches.
-  PairMotion motion_;
-  double margin_ = 0;     ///< of the candidates; 0 if they are the near pairs
-  double allowance_ = 0;  ///< the PairMotion until the margin may be used up
-  double used_ = 0;       ///< upper bound of the motion of vertices since they were searched
-  std::array<SearchedVertices, 2> searched_;
-  fcl::Vector3d translation_ =
-      fcl::Vector3d::Zero();  ///< of all vertices, since they were searched
-  VertexMotion moved_;        ///< by measureVertices
-  std::array<std::vector<unsigned>, 2> moved_vertices_;
-  std::array<MovedLeaves, 2> leaves_;
-  std::array<std::vector<std::uint8_t>, 2> marks_;  ///< by node
-  double steps_ = 0;                                ///< since the margin was chosen
-  double searched_share_ = 0;  ///< sum of the shares of vertices that were searched since
+  TrackedMeshes tracked_;
 
   // Of the last `prepare`.
   std::vector<CandidateChanges> changes_;  ///< by part

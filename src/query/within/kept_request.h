@@ -5,8 +5,6 @@
 
 #include "adaptive_bvh/contact_set.h"
 #include "base/pack.h"
-#include "base/rigid.h"
-#include "query/placed_mesh.h"
 
 namespace adaptive_bvh {
 
@@ -52,27 +50,6 @@ struct KeptRequest {
     lists[list] = *given.list;
     owned.list = &lists[list];
     return owned;
-  }
-};
-
-/// Two placed meshes, or one with itself, in its own frame.
-struct KeptMeshes {
-  explicit KeptMeshes(const MeshState& mesh)
-      : first(mesh, fcl::Transform3d::Identity()), second(first), is_self(true) {}
-  KeptMeshes(const PlacedMesh& one, const PlacedMesh& other)
-      : first(one), second(other), to_first(one.tf, other.tf), is_self(false) {}
-
-  const PlacedMesh first, second;
-  const RelativePlacement to_first;  ///< maps the second mesh's frame to the first's
-  const bool is_self;
-
-  int sides() const { return is_self ? 1 : 2; }
-  const MeshState& mesh(int side) const { return side == 0 ? first.mesh : second.mesh; }
-  /// Calls act(f) with the map f of a mesh's frame to the first's.
-  template <typename Act>
-  auto withMap(int side, const Act& act) const {
-    if (side == 0) return act([](const fcl::Vector3d& x) -> const fcl::Vector3d& { return x; });
-    return act([this](const fcl::Vector3d& x) -> fcl::Vector3d { return to_first(x); });
   }
 };
 

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "base/rounding.h"
-#include "query/within/kept_request.h"
+#include "query/within/kept_meshes.h"
 #include "query/within/rigid_motion.h"
 
 namespace adaptive_bvh {

@@ -32,8 +32,9 @@ void PairNumbers::begin(const PairCounts& counts) {
     reserveSize(list.removed, counts.removed[k]);
     reserveSize(list.removed_pairs, counts.removed[k]);
   }
+  // Numbers are used again in the order in which they were removed: neighbours in memory stay so.
   for (Kind& kind : kinds_) {
-    kind.free.insert(kind.free.end(), kind.list.removed.begin(), kind.list.removed.end());
+    kind.free.insert(kind.free.end(), kind.list.removed.rbegin(), kind.list.removed.rend());
     kind.list.added.clear();
     kind.list.removed.clear();
     kind.list.removed_pairs.clear();

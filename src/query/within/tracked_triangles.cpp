@@ -11,7 +11,7 @@ namespace {
 /// Bounds the relative error of a computed length, and of its sum with a deformation.
 constexpr float kLengthUp = 1 + 1.f / (1 << 20);
 
-float lengthOf(const Float4& v) { return std::sqrt(float4::dot(v, v)); }
+float squareOf(const Float4& v) { return float4::dot(v, v); }
 
 }  // namespace
 
@@ -71,7 +71,7 @@ float TrackedTriangles::measure() {
     if (id < num_measured_) {
       // The third corner, relative to the centre, is minus the sum of the others, up to rounding.
       const Float4 da = to_a - shape[0], db = to_b - shape[1];
-      deformation = std::max({lengthOf(da), lengthOf(db), lengthOf(da + db)});
+      deformation = std::sqrt(std::max({squareOf(da), squareOf(db), squareOf(da + db)}));
       deformation = deformation > 0 ? (deformation + motion[3]) * kLengthUp : motion[3];
     }
     shape[0] = to_a;

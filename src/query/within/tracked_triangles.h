@@ -18,6 +18,8 @@ struct MotionUnit {
   /// Bounds the error of a component of a position: 2^-23 for rounding, and as much again for all
   /// rounding in double precision.
   static constexpr float kError = 1.f / (1 << 22);
+  /// Bounds the error of how far two triangles have moved, one relative to the other.
+  static constexpr float kMotionError = 3.f / (1 << 17);
 
   fcl::Vector3d origin = fcl::Vector3d::Zero();
   double scale = 1;

@@ -41,7 +41,7 @@ class WithinTests {
 
   /// Tests triangles of two leaves: bit 4 j + i of `pairs` for triangle i of a and j of b.
   ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned pairs) {
-    pairs = withoutNeighbours(in_.markedPairs(pairs, a, b), in_.tree1, a, in_.tree2, b, in_.filter);
+    pairs = withoutNeighbours(pairs, in_.tree1, a, in_.tree2, b, in_.filter);
     if (!pairs) return;
     if (size_ > batch_ - 16) testAll();  // room for the pairs of two leaves
     if (!isTaken(Shortcut::SinglePrecision)) return addPairs(a, b, pairs);
