@@ -40,7 +40,8 @@ void SceneState::requireCurrent() const {
     is_same = is_same && (!body.isMesh() || body.mesh().version == body.mesh_version);
   if (!is_same)
     throw std::logic_error(
-        "adaptive_bvh: the scene has changed since its last update; call Scene::update before "
+        "adaptive_bvh: the scene has changed since its last update; call update of the scene "
+        "before "
         "queries");
 }
 
