@@ -968,6 +968,21 @@ def peer_differences(_):
     return markdown(header, rows, names=2)
 
 
+@block("plug-ins")
+def plug_ins(_):
+    """What test/peers/plug_ins.py --csv has measured, in a run of its own."""
+    path = Path(__file__).resolve().parents[1] / "test" / "peers" / "plug_ins.csv"
+    if not path.exists():
+        raise Missing("plug-ins")
+    rows = []
+    for row in csv.DictReader(path.read_text(encoding="utf-8").splitlines()):
+        theirs, ours = (float(row[f"{who} ms"]) for who in ("theirs", "ours"))
+        rows.append([row["task"], row["peer"], count(row["triangles"]), number(theirs)])
+        rows[-1] += [number(ours), number(theirs / ours), row["answers"]]
+    header = ["", "in place of", "triangles", "theirs, ms", "ours, ms", "takes times ours", "answers"]
+    return markdown(header, rows, names=2)
+
+
 @block("provenance")
 def provenance(results):
     return results.text("provenance").strip()

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <set>
 #include <shared_mutex>
@@ -32,8 +33,20 @@ class LockedScene : public Bound {
   py::array transform(BodyId body) const;
   /// What `add` was given.
   py::object geometry(BodyId body) const;
+  void ignore(BodyId first, BodyId second);
+  void unignore(BodyId first, BodyId second);
+  void ignoreNeighbours(const std::vector<BodyId>& chain);
+  void beginStep();
+  void setThreads(int threads);
   /// A function of Python's, or None.
   void setFilter(const py::object& filter);
+
+  /// All that a scene is made of, as pickle takes it. Of meshes those of the scene, or copies: all
+  /// of one moment, one for bodies that share a mesh.
+  py::tuple state(bool copies_meshes) const;
+  /// A scene of what `state` returned, with the same numbers of bodies.
+  static std::unique_ptr<LockedScene> fromState(const py::tuple& state);
+
   /// Without a lock: of a scene that nothing refers to any more.
   void clearFunction();
   int visitFunction(visitproc visit, void* arg) const {
@@ -91,18 +104,15 @@ class LockedScene : public Bound {
 
   Scene3 scene_;
   std::vector<std::pair<BodyId, std::shared_ptr<const LockedMesh>>> meshes_;
+  // What the C++ scene does not return.
+  std::map<BodyId, fcl::Transform3d> starts_;  ///< of the step: since begin_step, or add
+  std::set<std::pair<BodyId, BodyId>> ignored_;
+  BodyId next_ = 0;  ///< number of the next body
+  int threads_ = 1;
   std::map<BodyId, py::object> geometries_;  ///< only touched with the GIL
   py::object filter_ = py::none();           ///< likewise; the scene refers to it
   mutable std::shared_mutex mutex_;
 };
-
-/// A method that runs one of the C++ scene's, which changes it.
-template <typename... Args>
-auto changing(void (Scene3::*method)(Args...)) {
-  return [method](LockedScene& self, const std::decay_t<Args>&... arguments) {
-    self.change([&](Scene3& scene) { (scene.*method)(arguments...); });
-  };
-}
 
 /// A method that returns what one of the C++ scene's returns, which only reads it.
 template <typename Result, typename... Args>
@@ -123,6 +133,8 @@ struct OfBodyPairs : Bound {
 
 using SceneClass = py::class_<LockedScene>;
 
+/// Copies of Scene.
+void bindSceneState(SceneClass& scene);
 /// The queries of Scene; their results.
 void bindSceneQueries(SceneClass& scene);
 void bindSceneResults(py::module_& module);

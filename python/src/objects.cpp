@@ -22,9 +22,8 @@ Objects::Objects(const py::object& o1, const py::object& o2, const py::object& p
   if (is_swapped) std::swap(first, second);
   if (!second) shape = asShape(is_swapped ? o1 : o2);
   if (!first || (!second && !shape))
-    throw py::type_error(
-        "a DeformableMesh and another, or a DeformableMesh and a Shape, are needed, not " +
-        typeNameOf(o1) + " and " + typeNameOf(o2));
+    throw py::type_error("two objects are needed, each a DeformableMesh or a Shape, not " +
+                         typeNameOf(o1) + " and " + typeNameOf(o2));
   tf1 = poseFrom(is_swapped ? pose2 : pose1, is_swapped ? "tf2" : "tf1");
   tf2 = poseFrom(is_swapped ? pose1 : pose2, is_swapped ? "tf1" : "tf2");
 }

@@ -16,7 +16,7 @@
 namespace adaptive_bvh::python {
 namespace docs {
 constexpr const char* kDistance =
-    R"(The exact distance of two meshes, or of a mesh and a shape in either order.
+    R"(The exact distance of two meshes, of a mesh and a shape in either order, or of two shapes.
 
 tf1, tf2: poses that place them in the world.
 nearest_points: False leaves out the points, which are then NaN.
@@ -31,10 +31,10 @@ constexpr const char* kDistancePoints =
     "they touch both are a common point.";
 
 constexpr const char* kCollide =
-    R"(Where two meshes, or a mesh and a shape, touch.
+    R"(Where two meshes, a mesh and a shape, or two shapes touch.
 
 tf1, tf2: poses that place them in the world.
-max_contacts: stops when it has so many; None finds all.
+max_contacts: stops when it has so many, and says so in `reached_limit`; None finds all.
 enable_contact: False leaves out points, normals and depths, which are then NaN. Faster.
 solid: meshes are filled, as shapes always are: a body inside of a closed mesh touches it. Where no
     triangle touches, there is one contact for each component inside of the other mesh, and one for a
@@ -79,12 +79,30 @@ void Contacts::add(const fcl::Contactd& contact, bool is_swapped) {
 
 namespace {
 
+/// Two shapes as the bodies 0 and 1 of a scene, which answers them; nothing of other objects.
+std::optional<Scene<double>> sceneOfShapes(const py::object& o1, const py::object& o2,
+                                           const py::object& tf1, const py::object& tf2) {
+  if (!asShape(o1) || !asShape(o2)) return std::nullopt;
+  const Poses poses(tf1, tf2);
+  Scene<double> scene;
+  scene.add(asShape(o1)->geometryPointer(), poses.tf1);
+  scene.add(asShape(o2)->geometryPointer(), poses.tf2);
+  scene.update();
+  return scene;
+}
+
 // adaptive_bvh::distance would compile all of FCL's distances, for pairs that Python does not
 // offer: every pair here is one of ours.
 [[noreturn]] void refusePair() { throw std::logic_error("adaptive_bvh: a pair is not answered"); }
 
 Nearest distanceOf(const py::object& o1, const py::object& o2, const py::object& tf1,
                    const py::object& tf2, bool nearest_points) {
+  if (auto shapes = sceneOfShapes(o1, o2, tf1, tf2)) {
+    Nearest nearest(shapes->distance());
+    if (!nearest_points)
+      nearest.points.fill(fcl::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
+    return nearest;
+  }
   const Objects objects(o1, o2, tf1, tf2);
   fcl::DistanceResultd result;
   objects.query([&](const auto&... placed) {
@@ -94,8 +112,10 @@ Nearest distanceOf(const py::object& o1, const py::object& o2, const py::object&
   return Nearest(result, objects.is_swapped);
 }
 
-Contacts contactsOf(const fcl::CollisionResultd& result, bool is_swapped) {
+Contacts contactsOf(const fcl::CollisionRequestd& request, const fcl::CollisionResultd& result,
+                    bool is_swapped) {
   Contacts contacts;
+  contacts.reached_limit = result.numContacts() >= request.num_max_contacts;
   for (std::size_t i = 0; i < result.numContacts(); ++i)
     contacts.add(result.getContact(i), is_swapped);
   return contacts;
@@ -113,12 +133,20 @@ Contacts collideOf(const py::object& o1, const py::object& o2, const py::object&
                    const py::object& tf2, const std::optional<long long>& max_contacts,
                    bool enable_contact, bool solid) {
   const fcl::CollisionRequestd request = requestOf(max_contacts, enable_contact);
+  if (const auto shapes = sceneOfShapes(o1, o2, tf1, tf2)) {
+    Contacts contacts;
+    SceneCollisions<double> found;
+    shapes->collisions({request.num_max_contacts, enable_contact}, found);
+    for (const fcl::Contactd& contact : found.contacts) contacts.add(contact, false);
+    contacts.reached_limit = found.contacts.size() >= request.num_max_contacts;
+    return contacts;
+  }
   const Objects objects(o1, o2, tf1, tf2);
   fcl::CollisionResultd result;
   objects.query([&](const auto&... placed) {
     if (!detail::answerCollide<double>(placed..., request, result, solid)) refusePair();
   });
-  return contactsOf(result, objects.is_swapped);
+  return contactsOf(request, result, objects.is_swapped);
 }
 
 Contacts selfCollideOf(const LockedMesh& mesh, const py::object& tf,
@@ -133,7 +161,7 @@ Contacts selfCollideOf(const LockedMesh& mesh, const py::object& tf,
   const auto result = find<fcl::CollisionResultd>(mesh, [&](auto& found, const Mesh& m) {
     selfCollide(m, pose, request, found, neighbours, of_faces.triangles(pairs));
   });
-  return contactsOf(result, false);
+  return contactsOf(request, result, false);
 }
 
 void bindResults(py::module_& module) {
@@ -146,10 +174,14 @@ void bindResults(py::module_& module) {
       .attribute("pairs", &Contacts::pairs, docs::kContactPairs)
       .attribute("points", &Contacts::points, "(K, 3) float64, in the world.")
       .attribute("normals", &Contacts::normals,
-                 "(K, 3) float64, unit vectors: of a mesh and a shape from the first object to "
-                 "the second, of two meshes normals of a triangle.")
+                 "(K, 3) float64, unit vectors: with a shape from the first object to the second, "
+                 "of two meshes normals of a triangle.")
       .attribute("depths", &Contacts::depths,
                  "(K,) float64, lengths: penetration depths, 0 or more.")
+      .attribute("reached_limit", &Contacts::reached_limit,
+                 "Whether the search ended at a limit of the request (max_contacts; of a Scene "
+                 "contacts_per_pair of a pair, or first_only), so that there may be more. False: "
+                 "these are all.")
       .length(&Contacts::depths);
 }
 

@@ -7,6 +7,7 @@
 #include <fcl/narrowphase/contact.h>
 #include <fcl/narrowphase/distance_result.h>
 
+#include "adaptive_bvh/scene.h"
 #include "adaptive_bvh/self_collision.h"
 #include "bound.h"
 
@@ -17,6 +18,8 @@ struct Nearest : Bound {
   Nearest() = default;
   /// `is_swapped`: the result's first object is the second of Python's.
   explicit Nearest(const fcl::DistanceResultd& result, bool is_swapped = false);
+  explicit Nearest(const SceneDistance<double>& result)
+      : distance(result.distance), points(result.points), triangles(result.elements) {}
 
   double distance = 0;
   std::array<fcl::Vector3d, 2> points;
@@ -28,6 +31,7 @@ struct Contacts : Bound {
   std::vector<std::array<int, 2>> pairs;
   std::vector<fcl::Vector3d> points, normals;
   std::vector<double> depths;
+  bool reached_limit = false;  ///< there may be more: the search ended at the request's limit
 
   /// `is_swapped`: the contact's first object is the second of Python's.
   void add(const fcl::Contactd& contact, bool is_swapped);

@@ -88,7 +88,6 @@ std::vector<LockedMesh::SharedLock> LockedScene::lockMeshes(
 }
 
 BodyId LockedScene::add(const py::object& body, const py::object& tf, const BodyOptions& options) {
-  const fcl::Transform3d pose = poseFrom(tf, "tf");
   std::shared_ptr<const fcl::CollisionGeometryd> geometry;
   std::shared_ptr<const LockedMesh> mesh;
   if (asMesh(body)) {
@@ -99,9 +98,12 @@ BodyId LockedScene::add(const py::object& body, const py::object& tf, const Body
   } else {
     throw py::type_error("a body must be a DeformableMesh or a Shape, not " + typeNameOf(body));
   }
+  const fcl::Transform3d pose = poseFrom(tf, "tf");
   const BodyId id = change([&](Scene3& scene) {
     const BodyId number = scene.add(std::move(geometry), pose, options);
     if (mesh) meshes_.emplace_back(number, mesh);
+    starts_[number] = pose;
+    next_ = number + 1;
     return number;
   });
   geometries_[id] = body;
@@ -113,6 +115,7 @@ void LockedScene::remove(BodyId body) {
     scene.remove(body);
     const auto is_it = [&](const auto& entry) { return entry.first == body; };
     meshes_.erase(std::remove_if(meshes_.begin(), meshes_.end(), is_it), meshes_.end());
+    starts_.erase(body);
   });
   geometries_.erase(body);
 }
@@ -226,12 +229,10 @@ void bindBodies(SceneClass& scene) {
 }
 
 void bindPairRules(SceneClass& scene) {
-  scene
-      .def("ignore", changing(&Scene3::ignore), "first"_a, "second"_a,
-           "Leaves a pair of bodies out.")
-      .def("unignore", changing(&Scene3::unignore), "first"_a, "second"_a,
+  scene.def("ignore", &LockedScene::ignore, "first"_a, "second"_a, "Leaves a pair of bodies out.")
+      .def("unignore", &LockedScene::unignore, "first"_a, "second"_a,
            "Lets a pair count again that `ignore` or `ignore_neighbours` left out.")
-      .def("ignore_neighbours", changing(&Scene3::ignoreNeighbours), "chain"_a,
+      .def("ignore_neighbours", &LockedScene::ignoreNeighbours, "chain"_a,
            "Leaves out bodies that follow each other in `chain`, a list of numbers: the links of a "
            "kinematic chain.")
       .def("set_filter", &LockedScene::setFilter, "filter"_a, docs::kSetFilter);
@@ -239,13 +240,13 @@ void bindPairRules(SceneClass& scene) {
 
 void bindSteps(SceneClass& scene) {
   scene
-      .def("begin_step", changing(&Scene3::beginStep),
+      .def("begin_step", &LockedScene::beginStep,
            "Remembers all poses: where the step of `earliest_impact` begins. A body that is added "
            "later begins where it is.")
       .def(
           "update", [](LockedScene& self) { self.changeWithMeshes([](Scene3& s) { s.update(); }); },
           "Computes the boxes of all bodies: after all changes of a step, before its first query.")
-      .def("set_threads", changing(&Scene3::setThreads), "threads"_a,
+      .def("set_threads", &LockedScene::setThreads, "threads"_a,
            "Lets queries use so many threads, 1 or more. Results stay the same.");
 }
 
@@ -265,6 +266,7 @@ void bindScene(py::module_& module) {
   bindBodies(scene);
   bindPairRules(scene);
   bindSteps(scene);
+  bindSceneState(scene);
   bindSceneQueries(scene);
 }
 

@@ -65,6 +65,10 @@ OfBodyPairs<Contacts> collisionsOf(const LockedScene& scene,
       scene, [&](auto& found, const Scene3& s) { s.collisions(request, found); });
   Contacts contacts;
   for (const fcl::Contactd& contact : result.contacts) contacts.add(contact, false);
+  contacts.reached_limit = first_only && !result.pairs.empty();
+  for (std::size_t i = 0; i < result.pairs.size(); ++i)
+    contacts.reached_limit |=
+        result.offsets[i + 1] - result.offsets[i] >= request.contacts_per_pair;
   return ofBodyPairs(result, std::move(contacts));
 }
 

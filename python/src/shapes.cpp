@@ -1,6 +1,7 @@
 #include "shapes.h"
 
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include <pybind11/stl.h>
@@ -8,6 +9,7 @@
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/cone.h>
+#include <fcl/geometry/shape/convex.h>
 #include <fcl/geometry/shape/cylinder.h>
 #include <fcl/geometry/shape/ellipsoid.h>
 #include <fcl/geometry/shape/halfspace.h>
@@ -79,6 +81,97 @@ void bindSolids(py::module_& module) {
                        {radius, lz});
 }
 
+/// Throws py::value_error unless triangles enclose a convex body, up to 1e-5 of its extent: each
+/// edge has two, which do not bend inward, and there is one body.
+void requireConvex(const std::vector<fcl::Vector3d>& points,
+                   const std::vector<fcl::Triangle>& triangles) {
+  using Edge = std::pair<std::size_t, std::size_t>;
+  const auto refuse = [](const std::string& why) { throw py::value_error("Convex: " + why); };
+  const auto text = [](const Edge& edge) {
+    return "the edge (" + std::to_string(edge.first) + ", " + std::to_string(edge.second) + ")";
+  };
+  std::map<Edge, std::size_t> corners;  // of an edge as its triangle has it, the third corner
+  fcl::Vector3d low = points.front(), high = low;
+  for (const fcl::Triangle& t : triangles)
+    for (int k = 0; k < 3; ++k) {
+      const Edge edge(t[k], t[(k + 1) % 3]);
+      if (!corners.emplace(edge, t[(k + 2) % 3]).second)
+        refuse("two faces have " + text(edge) + " in the same direction");
+      low = low.cwiseMin(points[t[k]]), high = high.cwiseMax(points[t[k]]);
+    }
+  const double tolerance = 1e-5 * (high - low).maxCoeff();
+  for (const auto& [edge, corner] : corners) {
+    const auto other = corners.find({edge.second, edge.first});
+    if (other == corners.end()) refuse(text(edge) + " has one face");
+    const fcl::Vector3d& a = points[edge.first];
+    const fcl::Vector3d n = (points[edge.second] - a).cross(points[corner] - a);
+    if (n.dot(points[other->second] - a) > tolerance * n.norm())
+      refuse("faces bend inward at " + text(edge) + ", or their normals point inward");
+  }
+  if (points.size() + triangles.size() != corners.size() / 2 + 2)  // Euler's formula
+    refuse("a vertex has no face, or there are several bodies");
+}
+
+/// Python's Convex.
+class Hull final : public Shape {
+ public:
+  Hull(const py::object& vertices, const py::object& faces)
+      : Hull(Rows(vertices, "vertices"), faces) {}
+
+  py::tuple arguments() const override {
+    return py::make_tuple(copyOf(convex().getVertices()), copyOf(triangles_));
+  }
+  std::string text() const override {
+    return "<adaptive_bvh.Convex: " + std::to_string(convex().getVertices().size()) +
+           " vertices, " + std::to_string(triangles_.size()) + " faces>";
+  }
+
+ private:
+  Hull(const Rows& rows, const py::object& faces)
+      : Hull({rows.begin(), rows.end()}, trianglesFrom(faces, rows.size())) {}
+  Hull(std::vector<fcl::Vector3d> points, std::vector<fcl::Triangle> triangles)
+      : Shape(make(std::move(points), triangles)), triangles_(std::move(triangles)) {}
+
+  const fcl::Convexd& convex() const { return static_cast<const fcl::Convexd&>(geometry()); }
+  template <typename T>
+  static py::array copyOf(std::vector<T> rows) {
+    py::array copy = adopt(std::move(rows));
+    copy.attr("flags").attr("writeable") = false;
+    return copy;
+  }
+
+  static std::shared_ptr<const fcl::Convexd> make(std::vector<fcl::Vector3d> points,
+                                                  const std::vector<fcl::Triangle>& triangles) {
+    for (const fcl::Vector3d& point : points)
+      if (!(point.lpNorm<Eigen::Infinity>() <= kLargest))
+        throw py::value_error("Convex: a coordinate is not finite, or beyond 1e8");
+    if (triangles.empty()) throw py::value_error("Convex: there are no faces");
+    requireConvex(points, triangles);
+    auto faces = std::make_shared<std::vector<int>>();
+    for (const fcl::Triangle& t : triangles)
+      faces->insert(faces->end(), {3, int(t[0]), int(t[1]), int(t[2])});
+    return std::make_shared<fcl::Convexd>(
+        std::make_shared<const std::vector<fcl::Vector3d>>(std::move(points)),
+        int(triangles.size()), std::move(faces));
+  }
+
+  std::vector<fcl::Triangle> triangles_;
+};
+
+void bindConvex(py::module_& module) {
+  py::class_<Hull, Shape>(module, "Convex", "A convex body, given by the triangles of its surface.")
+      .def(py::init<const py::object&, const py::object&>(), "vertices"_a, "faces"_a,
+           "vertices: (N, 3). faces: (M, 3) integers, counter-clockwise as seen from outside. They "
+           "must enclose a convex body, up to 1e-5 of its extent: ValueError otherwise. Queries "
+           "take the convex hull of the vertices.")
+      .def_property_readonly(
+          "vertices", [](const Hull& self) { return py::object(self.arguments()[0]); },
+          "(N, 3) float64, a read-only copy.")
+      .def_property_readonly(
+          "faces", [](const Hull& self) { return py::object(self.arguments()[1]); },
+          "(M, 3) int64, a read-only copy.");
+}
+
 /// Plane and Halfspace.
 template <template <typename> class Geometry>
 void bindUnbounded(py::module_& module, const char* name, const char* what) {
@@ -135,16 +228,18 @@ std::string Shape::text() const {
 }
 
 void bindShapes(py::module_& module) {
-  py::class_<Shape>(module, "Shape",
-                    "A solid of FCL's: Box, Sphere, Capsule, Cylinder, Cone or Ellipsoid, whose "
-                    "centre is the origin and whose axis is z; or a Plane or Halfspace. A pose "
-                    "places it.")
+  py::class_<Shape>(
+      module, "Shape",
+      "A solid of FCL's: Box, Sphere, Capsule, Cylinder, Cone or Ellipsoid, whose "
+      "centre is the origin and whose axis is z; a Convex; or a Plane or Halfspace. A "
+      "pose places it.")
       .def("__reduce__",
            [](const py::object& self) {  // for copy and pickle
              return py::make_tuple(py::type::of(self), self.cast<const Shape&>().arguments());
            })
       .def("__repr__", &Shape::text);
   bindSolids(module);
+  bindConvex(module);
   bindUnbounded<fcl::Plane>(module, "Plane",
                             "The points x with normal . x = offset: both sides are out.");
   bindUnbounded<fcl::Halfspace>(module, "Halfspace",

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <pybind11/pybind11.h>
@@ -13,10 +14,13 @@
 
 namespace adaptive_bvh::python {
 
-/// A primitive of FCL, a plane or a half-space. Does not change, so threads may
+/// A primitive of FCL, a plane, a half-space or a convex hull. Does not change, so threads may
 /// share it.
 class Shape : public Bound {
  public:
+  virtual ~Shape() = default;
+  Shape(Shape&&) = default;
+
   /// `sizes` are the arguments of FCL's constructor. Throws py::value_error when one is not between
   /// 1e-8 and 1e8.
   template <template <typename> class Primitive, typename... Sizes>
@@ -43,12 +47,15 @@ class Shape : public Bound {
 
   double size(std::size_t i) const { return sizes_[i]; }
   /// What Python's constructor takes.
-  py::tuple arguments() const;
+  virtual py::tuple arguments() const;
   /// As in Python: Box(1.0, 2.0, 3.0).
-  std::string text() const;
+  virtual std::string text() const;
 
  protected:
   Shape(const char* name, std::vector<double> sizes);
+  /// One that Python describes in another way.
+  explicit Shape(std::shared_ptr<const fcl::CollisionGeometryd> geometry)
+      : geometry_(std::move(geometry)) {}
 
  private:
   static Eigen::Vector3d unitNormal(const std::string& name, const Eigen::Vector3d& normal,

@@ -127,3 +127,57 @@ def test_solid_meshes_contain_what_is_inside(kind):
     assert seen >= {(False, True), (False, False)} and any(touches for touches, _ in seen)
     with pytest.raises(ValueError, match="edge"):
         ab.collide(outer, ab.DeformableMesh(*meshes.sheet(2), **kind), solid=True)
+
+
+def combs(count):
+    """Two combs of `count` upright triangles each, across each other: each one meets all others."""
+    at = np.linspace(0.0, 1.0, count)
+    corners = np.array([[-0.5, 0.0, -0.3], [1.5, 0.0, -0.3], [0.5, 0.0, 0.7]])
+    along_x = corners[None] + np.stack([0 * at, at, 0 * at], axis=1)[:, None]
+    along_y = along_x[:, :, [1, 0, 2]]
+    faces = np.arange(3 * count).reshape(-1, 3)
+    return [ab.DeformableMesh(x.reshape(-1, 3), faces) for x in (along_x, along_y)]
+
+
+def test_a_million_contacts_are_all_returned():
+    first, second = combs(1000)
+    contacts = ab.collide(first, second, enable_contact=False)
+    assert not contacts.reached_limit
+    pairs = np.unique(contacts.pairs, axis=0)
+    rows = np.stack(np.meshgrid(np.arange(1000), np.arange(1000), indexing="ij"), -1).reshape(-1, 2)
+    np.testing.assert_array_equal(pairs, rows)
+    scene = ab.Scene()
+    scene.add(first)
+    scene.add(second)
+    scene.update()
+    found = scene.collisions(enable_contact=False).contacts
+    assert len(found) == len(contacts) and not found.reached_limit
+
+
+def test_a_limit_says_that_it_was_reached():
+    first, second = combs(10)
+    both = ab.DeformableMesh(
+        np.concatenate([first.vertices, second.vertices]),
+        np.concatenate([first.faces, second.faces + first.num_vertices]),
+    )
+    scene = ab.Scene()
+    scene.add(first)
+    scene.add(second)
+    scene.update()
+    for query in (
+        lambda limit: ab.collide(first, second, max_contacts=limit),
+        lambda limit: ab.self_collide(both, max_contacts=limit),
+        lambda limit: scene.collisions(contacts_per_pair=limit).contacts,
+    ):
+        count = len(query(None))
+        for limit in (None, 0, 1, count - 1, count, count + 1):
+            contacts = query(limit)
+            assert contacts.reached_limit == (limit is not None and limit <= count)
+            assert len(contacts) == min(count, count if limit is None else limit)
+    assert scene.collisions(first_only=True).contacts.reached_limit
+    apart = ab.collide(first, second, None, meshes.place(0.0, 0.0, 9.0), max_contacts=1)
+    assert not apart.reached_limit
+    ball = ab.Sphere(0.2)
+    assert ab.collide(first, ball, max_contacts=1).reached_limit
+    assert ab.collide(ball, ball, max_contacts=1).reached_limit
+    assert not ab.collide(ball, ball).reached_limit

@@ -43,7 +43,7 @@ def things():
 @pytest.mark.parametrize("thing", things(), ids=lambda thing: type(thing).__name__)
 def test_every_protocol_works_or_raises(thing):
     for protocol in range(pickle.HIGHEST_PROTOCOL + 1):
-        if isinstance(thing, (ab.DeformableMesh, ab.Shape)) or hasattr(thing, "_attributes"):
+        if isinstance(thing, (ab.DeformableMesh, ab.Scene, ab.Shape)) or hasattr(thing, "_attributes"):
             other = pickle.loads(pickle.dumps(thing, protocol))
             assert repr(other) == repr(thing)
         else:

@@ -1,7 +1,9 @@
 """Scenes against all pairs of bodies, in NumPy."""
 
+import copy
 import gc
 import itertools
+import pickle
 import threading
 import weakref
 
@@ -628,3 +630,98 @@ def test_what_does_not_fit_is_refused():
         scene.set_transform(body, 2 * np.eye(4))
     alone = scene.nearest(body)
     assert alone.bodies == (-1, -1) and np.isinf(alone.distance) and np.isnan(alone.points).all()
+
+
+def same_answers(scene, other):
+    assert list(other.bodies) == list(scene.bodies)
+    assert repr(other.collisions()) == repr(scene.collisions())
+    assert other.distance().distance == scene.distance().distance
+    assert other.earliest_impact().impact.time == scene.earliest_impact().impact.time
+    for body in scene.bodies:
+        np.testing.assert_array_equal(other.transform(body), scene.transform(body))
+        assert repr(other.options(body)) == repr(scene.options(body))
+
+
+def eventful():
+    """A scene in which numbers are missing, pairs are left out, and a step is under way."""
+    crowd = Crowd("float64", count=5)
+    scene = crowd.scene
+    late = scene.add(ab.Box(1, 1, 1), place(0.2, 0.1, 0.0), user=7, group=3)
+    scene.remove(crowd.ids[1])
+    scene.remove(scene.add(ab.Sphere(1)))
+    twin = scene.add(crowd.meshes[0], place(0.0, 0.0, 0.9))
+    scene.ignore(late, crowd.ids[2])
+    scene.ignore_neighbours([twin, crowd.ids[0], crowd.ids[3]])
+    scene.unignore(crowd.ids[0], crowd.ids[3])
+    scene.ignore(crowd.sphere, crowd.ids[4])
+    scene.begin_step()
+    scene.set_transform(late, place(0.5, 0.4, 0.1))
+    scene.update()
+    return crowd, scene, twin
+
+
+@pytest.mark.parametrize("copied", [lambda s: s.snapshot(), copy.copy, copy.deepcopy,
+                                    lambda s: pickle.loads(pickle.dumps(s))])
+def test_a_copy_answers_the_same_and_stays(copied):
+    crowd, scene, twin = eventful()
+    other = copied(scene)
+    same_answers(scene, other)
+    before = repr(other.collisions())
+    mesh = crowd.meshes[0]
+    assert other.geometry(crowd.ids[0]) is other.geometry(twin) is not mesh
+    mesh.update(mesh.vertices + 100.0)
+    scene.update()
+    assert repr(scene.collisions()) != before == repr(other.collisions())
+    # Each goes on by itself, with the same numbers for new bodies.
+    assert scene.add(ab.Sphere(1)) == other.add(ab.Sphere(1))
+    other.geometry(twin).update(mesh.vertices)
+    other.update()
+    other.unignore(twin, crowd.ids[0])
+
+
+def test_a_copy_keeps_the_filter_and_what_was_left_out_of_removed_bodies():
+    scene = ab.Scene()
+    mesh = ab.DeformableMesh(*ball())
+    a, b, c = scene.add(mesh), scene.add(mesh), scene.add(mesh)
+    scene.ignore(a, b)
+    scene.set_filter(lambda first, second: (first, second) != (b, c))
+    scene.remove(a)
+    other = scene.snapshot()
+    assert len(other.collisions()) == 0
+    other.set_filter(None)
+    assert len(other.collisions()) == 1
+    with pytest.raises((AttributeError, pickle.PicklingError)):
+        pickle.dumps(scene)  # pickle refuses the lambda
+
+
+def test_snapshots_are_of_one_moment():
+    """All meshes of a snapshot are those of one update, while another thread moves them."""
+    meshes_, scene = [ab.DeformableMesh(*ball()) for _ in range(20)], ab.Scene()
+    ids = [scene.add(mesh) for mesh in meshes_]
+    rest = meshes_[0].vertices
+    done = threading.Event()
+
+    def move():
+        step = 0
+        while not done.is_set():
+            step += 1
+            for mesh in meshes_:
+                mesh.update(rest + step)
+
+    thread = threading.Thread(target=move)
+    thread.start()
+    try:
+        for _ in range(20):
+            other = scene.snapshot()
+            steps = [other.geometry(i).vertices[0, 0] - rest[0, 0] for i in ids]
+            # The mover is at one mesh: those before it are one step ahead.
+            assert max(steps) - min(steps) <= 1 and sorted(steps, reverse=True) == steps
+    finally:
+        done.set()
+        thread.join()
+
+
+def test_add_names_what_is_wrong():
+    vertices, faces = ball()
+    with pytest.raises(TypeError, match="a body must be a DeformableMesh or a Shape, not ndarray"):
+        ab.Scene().add(vertices, faces)

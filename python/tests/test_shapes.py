@@ -210,3 +210,81 @@ def test_the_surface_of_a_plane_is_a_square():
     mesh = ab.shape_mesh(ab.Plane([0, 0.6, 0.8], 2))
     np.testing.assert_allclose(mesh.vertices @ [0, 0.6, 0.8], 2)
     assert len(mesh.vertices) == 4
+
+
+def hull(mesh):
+    return ab.Convex(*mesh)
+
+
+CUBE = box_mesh(0.5, 0.7, 0.9)
+
+
+def test_a_convex_answers_as_the_box_that_it_is():
+    rng = np.random.default_rng(11)
+    mesh = ab.DeformableMesh(*meshes.ball(2, 0.5))
+    for _ in range(30):
+        tf = meshes.pose(rng, 0.9)
+        for other in (mesh, ab.Sphere(0.4), ab.Cone(0.3, 0.8), ab.Box(0.4, 0.4, 0.4)):
+            found = ab.distance(other, hull(CUBE), None, tf)
+            expected = ab.distance(other, ab.Box(0.5, 0.7, 0.9), None, tf)
+            assert found.distance == pytest.approx(expected.distance, abs=1e-10)
+            touching = ab.collide(other, hull(CUBE), None, tf)
+            box = ab.collide(other, ab.Box(0.5, 0.7, 0.9), None, tf)
+            np.testing.assert_array_equal(touching.pairs, box.pairs)
+            np.testing.assert_allclose(touching.depths, box.depths, atol=1e-9)
+        np.testing.assert_allclose(
+            ab.signed_distance(mesh, hull(CUBE), 1e-6, None, tf).upper,
+            ab.signed_distance(mesh, ab.Box(0.5, 0.7, 0.9), 1e-6, None, tf).upper,
+            atol=2e-6,
+        )
+
+
+def test_a_convex_has_its_arrays():
+    vertices, faces = CUBE
+    convex = hull(CUBE)
+    np.testing.assert_array_equal(convex.vertices, vertices)
+    np.testing.assert_array_equal(convex.faces, faces)
+    assert not convex.vertices.flags.writeable
+    assert repr(convex) == "<adaptive_bvh.Convex: 8 vertices, 12 faces>"
+    for other in (copy.deepcopy(convex), pickle.loads(pickle.dumps(convex))):
+        np.testing.assert_array_equal(other.vertices, vertices)
+    drawn = ab.shape_mesh(convex)
+    assert ab.is_watertight(ab.DeformableMesh(drawn))
+    assert np.ptp(drawn.vertices, axis=0) == pytest.approx([0.5, 0.7, 0.9])
+
+
+def refusals():
+    vertices, faces = CUBE
+    ring = meshes.ball(1)
+    two = (np.concatenate([vertices, vertices + 9.0]), np.concatenate([faces, faces + 8]))
+    dented = ring[0].copy()
+    dented[0] *= 0.5
+    yield "has one face", vertices, faces[1:]
+    yield "in the same direction", vertices, np.concatenate([faces, faces[:1]])
+    yield "inward", vertices, faces[:, ::-1]
+    yield "inward", dented, ring[1]
+    yield "several bodies", *two
+    yield "a vertex has no face", np.concatenate([vertices, [[0.0, 0.0, 0.0]]]), faces
+    yield "not finite", vertices * np.nan, faces
+    yield "no faces", vertices, np.zeros((0, 3), int)
+
+
+@pytest.mark.parametrize("text, vertices, faces", refusals())
+def test_what_is_not_convex_is_refused(text, vertices, faces):
+    with pytest.raises(ValueError, match="Convex: .*" + text):
+        ab.Convex(vertices, faces)
+
+
+def test_two_shapes_have_a_distance_and_a_contact():
+    apart = ab.distance(ab.Sphere(1.0), ab.Box(1.0, 1.0, 1.0), None, meshes.place(3.0, 0.0, 0.0))
+    assert apart.distance == pytest.approx(1.5) and list(apart.triangles) == [-1, -1]
+    np.testing.assert_allclose(apart.points, [[1.0, 0, 0], [2.5, 0, 0]], atol=1e-12)
+    swapped = ab.distance(ab.Box(1.0, 1.0, 1.0), ab.Sphere(1.0), meshes.place(3.0, 0.0, 0.0), None)
+    np.testing.assert_allclose(swapped.points, apart.points[::-1], atol=1e-12)
+    pair = ab.Sphere(1.0), ab.Sphere(1.0)
+    assert np.isnan(ab.distance(*pair, nearest_points=False).points).all()
+    contacts = ab.collide(*pair, None, meshes.place(1.5, 0.0, 0.0))
+    np.testing.assert_allclose(contacts.normals, [[1.0, 0.0, 0.0]], atol=1e-12)
+    np.testing.assert_allclose(contacts.depths, [0.5])
+    assert len(ab.collide(*pair, None, meshes.place(2.5, 0.0, 0.0))) == 0
+    assert len(ab.collide(*pair, max_contacts=0)) == 0

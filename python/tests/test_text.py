@@ -76,6 +76,7 @@ def test_every_result_shows_its_values():
             if isinstance(value, property) and member not in ("happens", "meets"):
                 assert member + "=" in text, (name, member)
     others = {"Box", "Sphere", "Ellipsoid", "Capsule", "Cylinder", "Cone", "Plane", "Halfspace",
+              "Convex",
               "Shape", "DeformableMesh", "Scene", "Motion", "Recording", "MeshLoadError",
               "CoherentDistance", "CoherentProximity", "ContactSet", "ContactTracker", "TrustRegion",
               "BodyMotion", "SurfaceNeighbourhood"}

@@ -50,18 +50,18 @@ void requireRigid(const fcl::Transform3<S>& tf) {
 }
 
 // The functions below throw std::invalid_argument if a number that the user has given is not in the
-// range that its query accepts.
+// range that its query accepts. The message has the argument's name.
 
 template <typename S>
-void requireDistance(S distance) {
+void requireDistance(S distance, const char* name = "distance") {
   if (!(distance >= 0))
-    throw std::invalid_argument("adaptive_bvh: a distance to ask for is negative or not a number");
+    throw std::invalid_argument("adaptive_bvh: " + std::string(name) + " is " +
+                                std::to_string(distance) + "; 0 or a positive length is needed");
 }
 
 template <typename S>
 void requireTolerance(S tolerance) {
-  if (!(tolerance >= 0))
-    throw std::invalid_argument("adaptive_bvh: a tolerance is negative or not a number");
+  requireDistance(tolerance, "tolerance");
 }
 
 inline void requireSeparation(double separation) {

@@ -165,7 +165,8 @@ void requireBuildable(const std::vector<fcl::Vector3<S>>& vertices,
     for (int k = 0; k < 3; ++k)
       if (triangles[t][k] >= vertices.size())
         throw std::invalid_argument("DeformableMesh: triangle " + std::to_string(t) +
-                                    " names vertex " + std::to_string(triangles[t][k]) + " of " +
+                                    " names vertex " +
+                                    std::to_string(std::ptrdiff_t(triangles[t][k])) + " of " +
                                     std::to_string(vertices.size()));
   requireUsable(vertices);
 }

@@ -54,7 +54,7 @@ std::size_t vertexContacts(const DeformableMesh<S>& mesh, const fcl::Transform3<
                            VertexContacts<S>& result) {
   if (const auto* other_mesh = dynamic_cast<const DeformableMesh<S>*>(&other))
     return vertexContacts(mesh, tf, *other_mesh, other_tf, margin, result);
-  requireDistance(margin);
+  requireDistance(margin, "margin");
   requireRigid(tf);
   requireRigid(other_tf);
   const ShapeSolid shape(other);

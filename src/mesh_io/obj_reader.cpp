@@ -1,4 +1,7 @@
 // Reads OBJ: statements with vertices and polygonal faces.
+#include <stdexcept>
+#include <string>
+
 #include "formats.h"
 #include "tokens.h"
 
@@ -26,6 +29,16 @@ std::size_t vertexOf(std::string_view corner, std::size_t vertices, const Words&
   return static_cast<std::size_t>(vertex);
 }
 
+/// Throws if a corner names no vertex. The message counts from 1, as the file does.
+void requireCornersOfObj(const PolygonMesh& mesh) {
+  const std::size_t *corner = mesh.corners.data(), count = mesh.vertices.size();
+  for (std::size_t face = 0; face < mesh.sizes.size(); corner += mesh.sizes[face++])
+    for (std::size_t k = 0; k < mesh.sizes[face]; ++k)
+      if (corner[k] >= count)
+        throw std::runtime_error("face " + std::to_string(face + 1) + " names vertex " +
+                                 std::to_string(corner[k] + 1) + " of " + std::to_string(count));
+}
+
 }  // namespace
 
 PolygonMesh readObj(std::string_view text) {
@@ -49,6 +62,7 @@ PolygonMesh readObj(std::string_view text) {
       mesh.endFace();
     }
   }
+  requireCornersOfObj(mesh);
   return mesh;
 }
 

@@ -254,7 +254,7 @@ std::size_t Scene<S>::featurePairsWithin(S distance, SceneFeaturePairs& result) 
 
 template <typename S>
 std::size_t Scene<S>::vertexContacts(S margin, SceneVertexContacts<S>& result) const {
-  requireDistance(margin);
+  requireDistance(margin, "margin");
   answerInDouble(result, [&](SceneVertexContacts<double>& found) {
     state_->scene.vertexContacts(static_cast<double>(margin), found);
   });

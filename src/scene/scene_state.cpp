@@ -47,7 +47,8 @@ bool SceneState::hasVersionsOnly() const {
 void SceneState::requireCurrent() const {
   if (!isAsUpdated())
     throw std::logic_error(
-        "adaptive_bvh: the scene has changed since its last update; call Scene::update before "
+        "adaptive_bvh: the scene has changed since its last update; call update of the scene "
+        "before "
         "queries");
 }
 

@@ -142,7 +142,7 @@ TEST(Obj, IsReadInItsVariants) {
   expectRead("repeated.obj", vertices + "f 1 1 2 2 3 3\n");
   expectRefused("zero.obj", vertices + "f 0 1 2\n", "line 4: '0' is no corner");
   expectRefused("before.obj", vertices + "f -4 1 2\n", "before the first");
-  expectRefused("after.obj", vertices + "f 1 2 4\n", "face 1 names vertex 3 of 3");
+  expectRefused("after.obj", vertices + "f 1 2 4\n", "face 1 names vertex 4 of 3");
   expectRefused("word.obj", "v 0 0\nf 1 1 1\n", "line 1: a vertex has not three numbers");
 }
 

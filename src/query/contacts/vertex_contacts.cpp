@@ -147,7 +147,7 @@ class MeshContactTest {
 /// Throws std::invalid_argument if an argument is not valid.
 template <typename S>
 void requirePlaced(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2, S margin) {
-  requireDistance(margin);
+  requireDistance(margin, "margin");
   requireRigid(tf1);
   requireRigid(tf2);
 }

@@ -113,7 +113,7 @@ template <typename S>
 void closestFeatures(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points,
                      std::size_t count, NonDeduced<S> limit,
                      std::vector<ClosestFeature<S>>& result) {
-  requireDistance(limit);
+  requireDistance(limit, "limit");
   requireFinite(points, count);
   result.resize(count);
   const MeshState& state = stateOf(mesh);
@@ -175,7 +175,7 @@ template <typename S>
 void clearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
                const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf,
                NonDeduced<S> limit, std::vector<S>& result) {
-  requireDistance(limit);
+  requireDistance(limit, "limit");
   requireRigid(tf);
   requireRigid(other_tf);
   const auto makePositive = [] { return [](const fcl::Vector3d&) { return S(1); }; };
@@ -187,7 +187,7 @@ template <typename S>
 void signedClearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
                      const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf,
                      NonDeduced<S> limit, std::vector<S>& result) {
-  requireDistance(limit);
+  requireDistance(limit, "limit");
   requireRigid(tf);
   requireRigid(other_tf);
   const MeshState& closed = stateOf(other);
