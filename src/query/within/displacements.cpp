@@ -13,13 +13,6 @@ constexpr double kFarthest = 1e4;
 /// Exceeds the rounding of a displacement to single precision, relative to it.
 constexpr float kDisplacementRounding = 1.f / (1 << 22);
 
-/// The squared distance of two boxes.
-float squaredGap(const Box& a, const Box& b) {
-  const Float4 gap =
-      float4::upper<Float4>(float4::upper<Float4>(a.low - b.high, b.low - a.high), float4::all(0));
-  return float4::dot(gap, gap);
-}
-
 Box emptyBox() { return {float4::all(kInfinite), float4::all(-kInfinite)}; }
 
 /// A box of displacements, enlarged by their rounding.
@@ -62,18 +55,22 @@ void Displacements::restart(const KeptMeshes& meshes) {
 
 void Displacements::measure(const KeptMeshes& meshes, double limit) {
   Sums sums;
-  for (int i = 0; i < meshes.sides(); ++i)
-    meshes.withMap(i, [&](const auto& map) {
-      measureVertices(meshes.mesh(i), map, limit, sides_[std::size_t(i)], sums);
-    });
+  fcl::Vector3d means[2];
+  for (int i = 0; i < meshes.sides(); ++i) {
+    const fcl::Vector3d before = sums.total;
+    Side& side = sides_[std::size_t(i)];
+    meshes.withMap(
+        i, [&](const auto& map) { measureVertices(meshes.mesh(i), map, limit, side, sums); });
+    means[i] = (sums.total - before) / double(side.from.size());
+  }
   const Box &first = sides_[0].all, &second = sides_[is_self_ ? 0 : 1].all;
   const double n = double(sums.vertices), most = std::sqrt(double(largestSquare(first, second))),
-               apart = is_self_ ? 0 : std::sqrt(double(squaredGap(first, second)));
+               apart = is_self_ ? 0 : (means[0] - means[1]).norm();
   largest_ = limit * most;
   local_ = limit * apart;
   deviation_ = limit * std::sqrt(std::max(0., sums.squares / n - (sums.total / n).squaredNorm()));
   moved_ = apart > 1 || !(sums.largest < kFarthest * kFarthest) ? 1 : 0;
-  if (most <= 1 || moved_ == 1) return;  // the same holds for all nodes
+  if (most <= 1 || moved_ == 1) return;
   for (int i = 0; i < meshes.sides(); ++i)
     fitNodes(meshes.mesh(i).tree, sides_[std::size_t(i)], sums);
   moved_ = double(sums.moved_leaves) / double(sums.leaves);
