@@ -31,7 +31,10 @@ class WideSearch::Walk {
   /// possibly of a final type.
   template <typename Sink>
   ADAPTIVE_BVH_INLINE void run(const NodePairs& from, Sink& sink) {
-    for (const NodePair* pair = from.end; pair-- != from.begin;) push(pair->first, pair->second);
+    for (const NodePair* pair = from.end; pair != from.begin;) {
+      --pair;
+      push(pair->first, pair->second);
+    }
     int batch = kFirstBatch;
     while (top_ != bottom_) {
       visit(*--top_);
