@@ -144,6 +144,34 @@ bool segmentsMeet(const Triangle& a, const Triangle& b) {
   return !isBefore(*a_last, *b_first) && !isBefore(*b_last, *a_first);  // all are on one line
 }
 
+/// Whether triangles v a b and v c d, given by their vectors from the corner v, certainly have only
+/// v in common: a plane through v is strictly between them. Its normal is the difference of their
+/// directions; whatever that is, the signs decide. Their error: u = 2^-53 of each component of x,
+/// of each product and of two sums, below 12.1 u of the product of the largest components.
+bool certainlyPart(const Vector& a, const Vector& b, const Vector& c, const Vector& d) {
+  const auto scaled = [](const Vector& x) -> Vector { return x * (1 / largest(x)); };
+  const Vector normal = scaled(scaled(a) + scaled(b)) - scaled(scaled(c) + scaled(d));
+  const auto isBeyond = [&](const Vector& x) -> bool {  // false for NaN
+    return orientations::isCertain(normal.dot(x), largest(normal) * largest(x));
+  };
+  return normal.dot(a) > 0 && normal.dot(b) > 0 && normal.dot(c) < 0 && normal.dot(d) < 0 &&
+         isBeyond(a) && isBeyond(b) && isBeyond(c) && isBeyond(d);
+}
+
+/// Whether a and b, given by their vectors from the edge's first end, certainly are on different
+/// sides of the edge `along` in a projection along a coordinate axis. Then triangles on this edge
+/// have nothing else in common, in one plane or not.
+bool certainlyAcross(const Vector& along, const Vector& a, const Vector& b) {
+  const auto side = [&](const Vector& x, int i, int j) -> int {
+    return orientations::certainSign(along[i] * x[j], along[j] * x[i]);
+  };
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    if (side(a, i, j) * side(b, i, j) < 0) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 TriangleIntersection::TriangleIntersection(const Triangle& a, const Triangle& b) : a_(a), b_(b) {
@@ -183,34 +211,6 @@ PointPair<double> TriangleIntersection::crossing() const {
   const Vector on_edge = p + planeShare(face, p, q) * (q - p),
                on_face = nearestPoint(face, on_edge);
   return edges_ == &a_ ? PointPair<double>{on_edge, on_face} : PointPair<double>{on_face, on_edge};
-}
-
-/// Whether u a b and u c d, given by their vectors from the corner u, certainly have only u in
-/// common: a plane through u is strictly between them. Its normal is the difference of their
-/// directions; whatever that is, the signs decide. Their error: u = 2^-53 of each component of x,
-/// of each product and of two sums, below 12.1 u of the product of the largest components.
-bool certainlyPart(const Vector& a, const Vector& b, const Vector& c, const Vector& d) {
-  const auto scaled = [](const Vector& x) -> Vector { return x * (1 / largest(x)); };
-  const Vector normal = scaled(scaled(a) + scaled(b)) - scaled(scaled(c) + scaled(d));
-  const auto isBeyond = [&](const Vector& x) -> bool {  // false for NaN
-    return orientations::isCertain(normal.dot(x), largest(normal) * largest(x));
-  };
-  return normal.dot(a) > 0 && normal.dot(b) > 0 && normal.dot(c) < 0 && normal.dot(d) < 0 &&
-         isBeyond(a) && isBeyond(b) && isBeyond(c) && isBeyond(d);
-}
-
-/// Whether a and b, given by their vectors from the edge's first end, certainly are on different
-/// sides of the edge `along` in a projection along a coordinate axis. Then triangles on this edge
-/// have nothing else in common, in one plane or not.
-bool certainlyAcross(const Vector& along, const Vector& a, const Vector& b) {
-  const auto side = [&](const Vector& x, int i, int j) -> int {
-    return orientations::certainSign(along[i] * x[j], along[j] * x[i]);
-  };
-  for (int i = 0; i < 3; ++i) {
-    const int j = (i + 1) % 3;
-    if (side(a, i, j) * side(b, i, j) < 0) return true;
-  }
-  return false;
 }
 
 /// One shared corner v, triangles v a b and v c d: their intersection is convex. A ray from v

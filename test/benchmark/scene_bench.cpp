@@ -322,7 +322,6 @@ double crowd(int count, double side, int steps, bool with_peers) {
       drop_in_pairs, within, by_manager, of_embree;
   const adaptive_bvh::TaskPool two(2);
   std::size_t touching = 0, num_contacts = 0, num_near = 0;
-  FclContacts fcl_all;
   for (int step = 1; step <= steps; ++step) {
     std::vector<Positions> positions;
     for (std::size_t i = 0; i < meshes.size(); ++i)
@@ -376,35 +375,32 @@ double crowd(int count, double side, int steps, bool with_peers) {
     }));
 #endif
     if (step % 4) continue;
-    fcl_all = FclContacts();
-    fcl_all.request = fcl::CollisionRequestd(100000, true);
-    double refit = milliseconds([&] {
-      for (std::size_t i = 0; i < models.size(); ++i) {
-        adaptive_bvh_bench::refitTopDown(*models[i], positions[i]);
-        objects[i]->computeAABB();
-      }
-      manager.update();
-    });
-    of_fcl.push_back(refit + milliseconds([&] { manager.collide(&fcl_all, takeContacts); }));
-    FclContacts only;
-    only.request = fcl::CollisionRequestd(1, false);
-    fcl_pairs.push_back(refit + milliseconds([&] { manager.collide(&only, takeContacts); }));
-    require(only.touching == touching, "pairs that touch by FCL");
-    FclContacts drop_in_all, drop_in_only;
-    drop_in_all.request = fcl_all.request;
-    drop_in_only.request = only.request;
-    refit = milliseconds([&] {
-      for (std::size_t i = 0; i < drop_ins.size(); ++i) {
-        drop_ins[i]->update(positions[i]);
-        drop_in_objects[i]->computeAABB();
-      }
-      drop_in_manager.update();
-    });
-    of_drop_in.push_back(
-        refit + milliseconds([&] { drop_in_manager.collide(&drop_in_all, takeContacts); }));
-    drop_in_pairs.push_back(
-        refit + milliseconds([&] { drop_in_manager.collide(&drop_in_only, takeContacts); }));
-    require(drop_in_only.touching == touching, "pairs that touch by the drop-in");
+    const auto collide = [&](const auto& refit, auto& models_of, auto& objects_of, auto& manager_of,
+                             std::vector<double>& times_of_all,
+                             std::vector<double>& times_of_pairs) {
+      const double update = milliseconds([&] {
+        for (std::size_t i = 0; i < models_of.size(); ++i) {
+          refit(*models_of[i], positions[i]);
+          objects_of[i]->computeAABB();
+        }
+        manager_of.update();
+      });
+      FclContacts every, only;
+      every.request = fcl::CollisionRequestd(100000, true);
+      only.request = fcl::CollisionRequestd(1, false);
+      const auto timed = [&](FclContacts& contacts_of) -> double {
+        return update + milliseconds([&] { manager_of.collide(&contacts_of, takeContacts); });
+      };
+      times_of_all.push_back(timed(every));
+      times_of_pairs.push_back(timed(only));
+      require(only.touching == touching, "pairs that touch in FCL's manager");
+    };
+    const auto refit = [](FclModel& model, const Positions& to) {
+      adaptive_bvh_bench::refitTopDown(model, to);
+    };
+    const auto adapt = [](DropIn& model, const Positions& to) { model.update(to); };
+    collide(refit, models, objects, manager, of_fcl, fcl_pairs);
+    collide(adapt, drop_ins, drop_in_objects, drop_in_manager, of_drop_in, drop_in_pairs);
   }
   std::printf("\nCrowd of %d blobs of %zu triangles: %zu pairs touch, %zu contacts; ms a step\n",
               count, bodies.rest[0].triangles.size(), touching, num_contacts);

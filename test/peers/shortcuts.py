@@ -25,17 +25,17 @@ STEPS, POINTS = 3, 1000
 ROUNDING = 1e-12
 # Of t where a ray meets a needle nearly in its plane: less accurate, with the rounded determinants
 # as with the exact ones.
-ROUNDING_OF_HITS = 1e-10
+ROUNDING_ON_NEEDLES = 1e-10
 
 
 class Differences:
     """What two processes answered differently to one question."""
 
-    def __init__(self, kind: str, limit: float):
-        self.kind, self.limit = kind, limit
+    def __init__(self, kind: str):
+        self.kind = kind
         self.asked, self.other_bits, self.wrong, self.worst = 0, 0, 0, 0.0
 
-    def add(self, with_it, without_it, units) -> None:
+    def add(self, with_it, without_it, units, limit: float) -> None:
         self.asked += 1
         if isinstance(with_it, str) or isinstance(without_it, str):
             self.wrong += 1
@@ -51,11 +51,11 @@ class Differences:
         with np.errstate(invalid="ignore"):
             apart = np.where(with_it == without_it, 0, np.abs(with_it - without_it)) / units
         self.worst = max(self.worst, float(apart.max()))
-        self.wrong += not apart.max() <= self.limit
+        self.wrong += not apart.max() <= limit
 
 
-def rounding_of(question: str) -> float:
-    return ROUNDING_OF_HITS if question == "first hits" else ROUNDING
+def rounding_of(question: str, family: str) -> float:
+    return ROUNDING_ON_NEEDLES if (question, family) == ("first hits", "needles") else ROUNDING
 
 
 def _sorted_rows(pairs: np.ndarray) -> np.ndarray:
@@ -86,29 +86,30 @@ def check_build() -> None:
 
 def compare_cases(workers: list[Worker], question: str, numbers: range) -> list[Differences]:
     """Compares the first worker with each other one."""
-    found = [Differences(KINDS[question], rounding_of(question)) for _ in workers[1:]]
+    found = [Differences(KINDS[question]) for _ in workers[1:]]
     for begin in range(0, len(numbers), BATCH):
-        works = [cases.make(question, n)[1] for n in numbers[begin : begin + BATCH]]
+        made = [cases.make(question, n) for n in numbers[begin : begin + BATCH]]
+        works = [work for _, work in made]
+        limits = [rounding_of(question, family) for family, _ in made]
         units = [units_of(question, work) for work in works]
         for variant in workers[0].variants(question):
             whole, *others = [w.call("cases", question, variant, works) for w in workers]
             for d, answers in zip(found, others):
-                for both in zip(whole, answers, units):
-                    d.add(*both)
+                for each in zip(whole, answers, units, limits):
+                    d.add(*each)
     return found
 
 
 def compare_scenes(workers: list[Worker], name: str) -> list[Differences]:
     question = QUESTIONS[name]
-    limit = max(question.limit, rounding_of(question.name))
-    found = [Differences(question.kind, limit) for _ in workers[1:]]
+    found = [Differences(question.kind) for _ in workers[1:]]
     for number in range(len(question.scenes)):
         scene = number, 1, STEPS, POINTS
         for variant in workers[0].variants(name):
             whole, *others = [w.call("measure", name, variant, scene) for w in workers]
             for d, other in zip(found, others):
                 if "missing" not in whole:
-                    d.add(whole["answer"], other["answer"], 1.0)
+                    d.add(whole["answer"], other["answer"], 1.0, max(question.limit, ROUNDING))
     return found
 
 

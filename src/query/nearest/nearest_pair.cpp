@@ -31,8 +31,8 @@ VertexIndices verticesOf(const PlacedMesh& mesh, const WideNode& leaf, int i) {
 /// Sets the corners of a leaf's triangles, in the mesh's frame.
 void setCorners(const PlacedMesh& mesh, const WideNode& leaf, TiedCorners& to) {
   for (int k = 0; k < int(leaf.count); ++k) {
-    const VertexIndices v = verticesOf(mesh, leaf, k);
-    for (std::size_t c = 0; c < 3; ++c) to.set(c, k, mesh.mesh.vertices[v[c]]);
+    const TrianglePoints<double> points = mesh.pointsAt(static_cast<unsigned>(leaf.first + k));
+    for (std::size_t c = 0; c < 3; ++c) to.set(c, k, points[c]);
   }
 }
 

@@ -66,7 +66,6 @@ class TriangleSeparation {
   const Point& direction() const { return line_.along1; }
   const Point* vertices1() const { return vertices1_; }
   const Point* vertices2() const { return vertices2_; }
-  const RelativePlacement& toFirst() const { return to_first_; }
 
   /// Returns how far triangle b is beyond triangle a along the line: a lower bound of their
   /// distance; may be negative. Positions are relative to the line's point on their mesh, so that
