@@ -14,7 +14,7 @@ endif()
 add_library(adaptive_bvh_recording
   src/recording/body.cpp
   src/recording/page.cpp
-  src/recording/recording.cpp)
+  src/recording/frame_json.cpp src/recording/recording.cpp)
 add_library(adaptive_bvh::recording ALIAS adaptive_bvh_recording)
 set_target_properties(adaptive_bvh_recording PROPERTIES EXPORT_NAME recording)
 target_link_libraries(adaptive_bvh_recording

@@ -343,7 +343,8 @@ def test_ctrl_c_leaves_a_report_of_what_was_done(tmp_path, page):
     process = subprocess.Popen(
         [sys.executable, "-B", str(slow), "clearance", "--moving", "hose_*.ply", "--parts",
          "part2.ply", "--csv", "out.csv", "--report", str(page)],
-        cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))  # ignored in a background job
     said = ""
     while said.count("slow") < 6:  # the first frames of pieces, then frames of a piece
         said += process.stderr.readline()

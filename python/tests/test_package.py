@@ -99,6 +99,7 @@ ARRAYS = {"numpy.float64": "_Floats", "numpy.int32": "_Ints", "numpy.int64": "_L
 def type_in_stub(text):
     """A type as pybind11 generates it, as the stub writes it."""
     text = re.sub(r"adaptive_bvh\.", "", text)
+    text = re.sub(r"\b(tuple|list|dict)\[", lambda match: match.group(0).capitalize(), text)
     return re.sub(r"numpy\.ndarray\[([\w.]+)\]", lambda match: ARRAYS[match.group(1)], text)
 
 

@@ -2,24 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <map>
 #include <new>
 #include <ostream>
 #include <system_error>
 
-#include <nlohmann/json.hpp>
-
 #include "adaptive_bvh/write_file.h"
 #include "body.h"
+#include "frame_json.h"
 
 // Recording: collects the frames of a run as JSON text and arrays of numbers (Blob), and writes
 // them as a page. Values that did not change since the previous frame are not stored again.
 namespace adaptive_bvh {
 namespace {
-
-using nlohmann::json;
 
 constexpr int kMaxVolumeDepth = 20;
 
@@ -31,18 +27,6 @@ constexpr int kMaxVolumeDepth = 20;
 void checkPose(const std::string& call, const fcl::Transform3d& tf) {
   if (!tf.matrix().allFinite()) refuse(call, "the transform is not finite");
 }
-
-/// A clearance for each vertex in a Blob.
-struct ClearanceBlock {
-  const std::uint16_t* steps = nullptr;  ///< in the Blob: one a vertex (see Steps)
-  std::size_t begin = 0, count = 0;      ///< beginning in the Blob; number of vertices
-  double low = 0, high = 0;              ///< the smallest and the largest
-
-  bool operator==(const ClearanceBlock& other) const {
-    return count == other.count && low == other.low && high == other.high &&
-           std::equal(steps, steps + count, other.steps);
-  }
-};
 
 /// What was recorded last of a body: the values that the next frame is compared with.
 struct LastFrame {
@@ -153,120 +137,6 @@ bool isNew(const UpdateReport& now, const UpdateReport& before) {
          now.displacement_seconds != before.displacement_seconds ||
          now.propagation_seconds != before.propagation_seconds ||
          now.refit_seconds != before.refit_seconds;
-}
-
-// ---- JSON that page/data.js reads ---------------------------------------------------------------
-// Functions append... append arrays to the Blob and return the JSON that refers to them. "at" is
-// the position of an array in bytes.
-
-/// JSON as text for a script element, which a literal "</script>" would end: < is escaped.
-std::string textOf(const json& value) {
-  const std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
-  std::string escaped;
-  for (const char c : text)
-    if (c == '<')
-      escaped += "\\u003c";
-    else
-      escaped += c;
-  return escaped;
-}
-
-json asJson(const fcl::Vector3d& v) { return {v[0], v[1], v[2]}; }
-
-json asJson(const PointBlock& points) {
-  return {{"at", points.begin},
-          {"count", points.count},
-          {"low", asJson(points.low)},
-          {"size", asJson(points.size)}};
-}
-
-/// A pose as JSON, by columns: the images of x, y and z, and the origin.
-json asJson(const fcl::Transform3d& pose) {
-  json numbers;
-  for (int column = 0; column < 4; ++column)
-    for (int row = 0; row < 3; ++row) numbers.push_back(pose(row, column));
-  return numbers;
-}
-
-json asJson(const UpdateReport& report) {
-  return {{"nodes", report.nodes},
-          {"refitted", report.refitted()},
-          {"moved", report.moved},
-          {"inflated", report.inflated},
-          {"displacement", report.largest_displacement}};
-}
-
-/// Appends values, unless they equal those of `last`, which becomes what was appended.
-json appendClearance(const std::vector<double>& values, ClearanceBlock& last, Blob& blob) {
-  const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  ClearanceBlock now{nullptr, blob.size(), values.size(), *low, *high};
-  auto* const steps = blob.extend<std::uint16_t>(values.size());
-  now.steps = steps;
-  std::transform(values.begin(), values.end(), steps, Steps(*low, *high - *low));
-  if (now == last)
-    blob.takeBack(now.begin);
-  else
-    last = now;
-  return {{"at", last.begin}, {"low", last.low}, {"high", last.high}};
-}
-
-json appendPatches(const TrianglePatches& patches, Blob& blob) {
-  std::vector<std::uint32_t> numbers(patches.triangles.begin(), patches.triangles.end());
-  for (const std::uint64_t patch : patches.patches)
-    numbers.push_back(static_cast<std::uint32_t>(patch));
-  const std::size_t begin = blob.size();
-  blob.append(numbers);
-  return {{"at", begin}, {"count", patches.triangles.size()}};
-}
-
-/// Appends pairs of points, or of a point and a vector, as two blocks. Leaves out non-finite pairs.
-json appendPairs(const std::vector<std::array<fcl::Vector3d, 2>>& pairs, Blob& blob) {
-  std::array<std::vector<fcl::Vector3d>, 2> columns;
-  for (const auto& [a, b] : pairs) {
-    if (!a.allFinite() || !b.allFinite()) continue;
-    columns[0].push_back(a);
-    columns[1].push_back(b);
-  }
-  json blocks;
-  for (const auto& points : columns)
-    blocks.push_back(asJson(appendPoints(points.data(), points.size(), blob)));
-  return blocks;
-}
-
-json appendArrows(const Arrows& arrows, Blob& blob) {
-  std::vector<std::array<fcl::Vector3d, 2>> pairs;
-  for (std::size_t i = 0; i < arrows.origins.size(); ++i)
-    pairs.push_back({arrows.origins[i], arrows.vectors[i]});
-  return {{"label", arrows.label}, {"scale", arrows.scale}, {"blocks", appendPairs(pairs, blob)}};
-}
-
-/// A frame with the user's results, without values that are not finite; bodies are not included.
-json resultsOf(const FrameResults& results, Blob& blob) {
-  json frame;
-  const auto set = [&frame](const char* name, const std::optional<double>& value) {
-    if (value && std::isfinite(*value)) frame[name] = *value;
-  };
-  set("distance", results.distance);
-  set("updateMs", results.update_ms);
-  set("queryMs", results.query_ms);
-  for (const auto& [a, b] : results.nearest_points)
-    if (a.allFinite() && b.allFinite())
-      frame["nearest"].push_back({a[0], a[1], a[2], b[0], b[1], b[2]});
-  if (results.contact_count) frame["contactCount"] = *results.contact_count;
-  std::vector<fcl::Vector3d> contacts;
-  std::copy_if(results.contacts.begin(), results.contacts.end(), std::back_inserter(contacts),
-               [](const fcl::Vector3d& point) { return point.allFinite(); });
-  if (!contacts.empty())
-    frame["contacts"] = asJson(appendPoints(contacts.data(), contacts.size(), blob));
-  for (const Arrows& arrows : results.arrows) frame["arrows"].push_back(appendArrows(arrows, blob));
-  for (const Segments& segments : results.segments)
-    frame["segments"].push_back(
-        {{"label", segments.label}, {"blocks", appendPairs(segments.pairs, blob)}});
-  for (const auto& [label, value] : results.series)
-    if (std::isfinite(value)) frame["series"][label] = value;
-  set("time", results.time);
-  if (!results.note.empty()) frame["note"] = results.note;
-  return frame;
 }
 
 }  // namespace

@@ -9,7 +9,7 @@ trimesh = pytest.importorskip("trimesh")
 from adaptive_bvh.ipctk import BroadPhase  # noqa: E402
 
 THEIRS = ["LBVH", "HashGrid", "SweepAndPrune"]
-MESHES = ["cube", "two-cubes-close", "two-cubes-intersecting", "bunny", "thick-cloth-t0"]
+MESHES = ["cube", "two-cubes-close", "two-cubes-intersecting", "bunny", "thick-cloth/t0"]
 
 
 def cloth(seed, bend):
@@ -98,7 +98,8 @@ def test_their_own_meshes(ipctk_data, name):
 
 @pytest.mark.parametrize("names", [("two-cubes-far", "two-cubes-intersecting"),
                                    ("two-cubes-far", "two-cubes-close"),
-                                   ("thick-cloth-t0", "thick-cloth-t1")])
+                                   ("thick-cloth/t0", "thick-cloth/t1"),
+                                   ("cloth_ball92", "cloth_ball93")])
 def test_steps_of_their_own_meshes(ipctk_data, names):
     begin, end = (trimesh.load(ipctk_data / f"{name}.ply", process=False) for name in names)
     mesh, v0 = made(begin.vertices, begin.faces)
