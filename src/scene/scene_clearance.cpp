@@ -148,24 +148,31 @@ class NearestOverStep {
         first_(body, path),
         tolerance_(tolerance),
         path_(path),
-        boxed_(first_.moving(), memory_->first) {
-    const WorldBox box = sweptBox(body, path);
-    if (box.isBounded()) boxes_ = boxesOf(boxed_, box);
-    for (unsigned i = 0; i < scene.bodies.size(); ++i) {
-      const Body& other = scene.bodies[i];
-      if (&other == &body || !scene.admits(body, other)) continue;
-      const bool is_bounded = box.isBounded() && other.box.isBounded();
-      const double gap = is_bounded ? gapOf(box, sweptBox(other, path)) : 0;
-      candidates_.push_back({gap, i, !is_bounded});
-    }
-    std::make_heap(candidates_.begin(), candidates_.end());
+        boxed_(first_.moving(), memory_->first) {}
+
+  /// Lowers `best` to the distance of the triangles that were found last.
+  void lowerToKept(SceneClearance& best) {
+    const SceneDistance<double> kept = first_.body.nearest.found;  // a filter may change it
+    if (!kept.exists() || !scene_.contains(kept.bodies.second)) return;
+    const Body& other = scene_.bodies[scene_.indexOf(kept.bodies.second)];
+    if (!isTriangle(first_.body, kept.elements[0]) || !isTriangle(other, kept.elements[1]) ||
+        !scene_.admits(first_.body, other))
+      return;
+    const SteppingBody second(other, path_);
+    BoxedBody boxed(second.moving(), memory_->second);
+    const ClearanceQuery query = {boxed_, boxed, tolerance_};
+    requireTolerable(query);
+    lowerToTriangles(query, kept.elements, best.clearance);
+    if (best.exists()) best.bodies = {first_.body.id, other.id};
   }
 
-  /// Calls lower(other, best) for the other bodies by increasing gap. It returns the distance
-  /// beyond which no bodies are needed.
+  /// Calls visit(other) for the bodies nearer than a limit, by increasing gap. It returns the
+  /// distance beyond which no bodies are needed.
   template <typename Visit>
-  void visit(const Visit& visit) {
-    double limit = std::numeric_limits<double>::infinity();
+  void visit(double limit, const Visit& visit) {
+    const WorldBox box = sweptBox(first_.body, path_);
+    findCandidates(box, limit);
+    if (box.isBounded()) boxes_ = boxesOf(boxed_, box);
     while (!candidates_.empty() && candidates_.front().gap <= limit) {
       std::pop_heap(candidates_.begin(), candidates_.end());
       Candidate& next = candidates_.back();
@@ -194,6 +201,22 @@ class NearestOverStep {
   }
 
  private:
+  static bool isTriangle(const Body& body, int element) {
+    return body.isMesh() && element >= 0 && element < body.mesh().numTriangles();
+  }
+  /// Finds the other bodies whose boxes are at most `limit` from a box.
+  void findCandidates(const WorldBox& box, double limit) {
+    for (unsigned i = 0; i < scene_.bodies.size(); ++i) {
+      const Body& other = scene_.bodies[i];
+      if (&other == &first_.body) continue;
+      const bool is_bounded = box.isBounded() && other.box.isBounded();
+      const double gap = is_bounded ? gapOf(box, sweptBox(other, path_)) : 0;
+      if (gap <= limit && scene_.admits(first_.body, other))
+        candidates_.push_back({gap, i, !is_bounded});
+    }
+    std::make_heap(candidates_.begin(), candidates_.end());
+  }
+
   const SceneState& scene_;
   const SteppingBody first_;
   const double tolerance_;
@@ -228,11 +251,23 @@ SceneClearance SceneState::leastDistance(BodyId body, double tolerance, FramePat
   requireCurrent();
   NearestOverStep search(*this, bodies[indexOf(body)], tolerance, path);
   SceneClearance best;
-  search.visit([&](const SteppingBody& other) {
+  search.lowerToKept(best);
+  const double limit =
+      best.exists() ? best.clearance.upper - tolerance : std::numeric_limits<double>::infinity();
+  search.visit(limit, [&](const SteppingBody& other) {
     search.lower(other, best);
     return best.clearance.upper - tolerance;
   });
   return best;
+}
+
+void SceneState::keepNearest(BodyId body, const SceneClearance& found) {
+  KeptDistance& kept = bodies[indexOf(body)].nearest;
+  if (!found.exists() || kept.epoch == epoch) return;
+  kept = {};
+  kept.found.bodies = found.bodies;
+  kept.found.distance = found.clearance.upper;
+  kept.found.elements = found.clearance.triangles;
 }
 
 /// A body beyond the first k is compared with the last of these.
@@ -242,7 +277,7 @@ void SceneState::leastDistances(BodyId body, std::size_t k, double tolerance, Fr
   NearestOverStep search(*this, bodies[indexOf(body)], tolerance, path);
   result.clear();
   if (k == 0) return;
-  search.visit([&](const SteppingBody& other) {
+  search.visit(std::numeric_limits<double>::infinity(), [&](const SteppingBody& other) {
     const bool is_full = result.size() == k;
     SceneClearance found;
     if (is_full) found.clearance.upper = result.back().clearance.upper;
