@@ -59,7 +59,7 @@ def test_features_are_those_of_a_new_query():
     near = ab.ContactSet(mesh, 0.2, elements="features")
     rest = mesh.vertices
     for step in range(12):
-        mesh.update(rest + 0.02 * np.sin(step + 9 * rest[:, [1, 0, 0]]))
+        mesh.update(rest + 0.003 * np.sin(step + 9 * rest[:, [1, 0, 0]]))
         near.update()
         found = ab.feature_pairs_within(mesh, 0.2)
         for kind in KINDS:
@@ -134,7 +134,7 @@ def test_arrays_move_with_compacted_numbers():
     near.update()
     value_of = {tuple(p): float(i) for i, p in enumerate(near.triangles.pairs.tolist())}
     values = np.arange(len(near.triangles.pairs), dtype=float)
-    mesh.update(rest * [1, 1.4, 1])  # fewer pairs are near
+    mesh.update(rest * [1, 2.4, 1])  # fewer pairs are near
     near.update()
     numbered = near.triangles
     assert len(numbered.removed) > 0

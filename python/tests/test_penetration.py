@@ -69,7 +69,7 @@ def test_vertex_contacts_of_both_are_two_calls(ball, kind):
     for pair in ((open_mesh, first), (first, open_mesh)):
         with pytest.raises(ValueError, match="the edge from vertex"):
             ab.vertex_contacts_of_both(*pair)
-    with pytest.raises(ValueError, match="negative"):
+    with pytest.raises(ValueError, match="a positive length is needed"):
         ab.vertex_contacts_of_both(first, second, -1)
     with pytest.raises(TypeError):
         ab.vertex_contacts_of_both(first, ab.Sphere(1))
@@ -92,7 +92,7 @@ def test_signs_and_winding_numbers_of_points(ball):
     ):
         with pytest.raises(ValueError, match="the edge from vertex"):
             query()
-    with pytest.raises(ValueError, match="negative"):
+    with pytest.raises(ValueError, match="a positive length is needed"):
         ab.vertex_contacts(mesh, mesh, -1)
     with pytest.raises(ValueError, match="not finite"):
         ab.winding_numbers(mesh, [[0, np.nan, 0]])
