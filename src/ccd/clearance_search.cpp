@@ -166,9 +166,13 @@ void walkWith(const ClearanceQuery& query, Goal& goal, std::size_t& box_tests) {
 
 template <typename Pair>
 bool lowerOf(const ClearanceQuery& query, MotionClearance& best) {
+  // What earlier bodies have left undivided.
+  const double before = best.lower < best.upper - query.tolerance
+                            ? best.lower
+                            : std::numeric_limits<double>::infinity();
   LeastDistance<Pair> goal(query, best);
   walkWith(query, goal, best.box_tests);
-  best.lower = std::max(0., std::min(best.upper - query.tolerance, goal.unresolved()));
+  best.lower = std::max(0., std::min({best.upper - query.tolerance, goal.unresolved(), before}));
   if (!goal.isImproved()) return false;
   if (best.upper <= query.tolerance) {
     FirstImpact<Pair> impact(query, best);
