@@ -360,7 +360,9 @@ class Scene {
   /// other bodies stay at least `upper` - `tolerance` away. With FramePath::Screw, bodies go from
   /// one transform to the other on screws. Throws like adaptive_bvh::leastDistance, and
   /// std::invalid_argument if the body may pair with an octree. Pairs of two planes or half-spaces
-  /// are left out.
+  /// are left out. Starts from the pair that `nearest` or this call has kept, and keeps its own.
+  SceneClearance leastDistance(BodyId body, double tolerance, FramePath path = FramePath::Straight);
+  /// Of a const scene: keeps nothing.
   SceneClearance leastDistance(BodyId body, double tolerance,
                                FramePath path = FramePath::Straight) const;
   /// Finds the k bodies that come nearest to `body`, by increasing upper bound, then id; fewer if

@@ -55,10 +55,10 @@ constexpr const char* kSceneIntervalsBelow =
 
 namespace {
 
-SceneClearance leastInScene(const LockedScene& scene, BodyId body, double tolerance,
+SceneClearance leastInScene(LockedScene& scene, BodyId body, double tolerance,
                             const std::string& path_name) {
   const FramePath path = framePath(path_name);
-  return scene.query([&](const Scene3& s) { return s.leastDistance(body, tolerance, path); });
+  return scene.changeWithMeshes([&](Scene3& s) { return s.leastDistance(body, tolerance, path); });
 }
 
 std::vector<SceneClearance> leastDistancesOf(const LockedScene& scene, BodyId body, std::size_t k,

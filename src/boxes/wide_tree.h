@@ -125,22 +125,26 @@ inline const Boxes4 kEmptyBoxes = {{{kNowhere, kNowhere, kNowhere, kNowhere},
                                    {{-kNowhere, -kNowhere, -kNowhere, -kNowhere},
                                     {-kNowhere, -kNowhere, -kNowhere, -kNowhere},
                                     {-kNowhere, -kNowhere, -kNowhere, -kNowhere}}};
-/// Sets the boxes of an inner node to the bounding boxes of its children.
-ADAPTIVE_BVH_INLINE void refitInner(WideNode& node, const WideNode* nodes) {
+/// Sets the boxes of an inner node to the bounding boxes boxesOf(child) of its children.
+template <typename BoxesOf>
+ADAPTIVE_BVH_INLINE void refitInner(const WideNode& links, const BoxesOf& boxesOf, Boxes4& boxes) {
   using float4::lower;
   using float4::transposed;
   using float4::upper;
   const Boxes4* below[4];
-  for (int i = 0; i < 4; ++i)
-    below[i] = i < node.count ? &nodes[node.below[i]].boxes : &kEmptyBoxes;
+  for (int i = 0; i < 4; ++i) below[i] = i < links.count ? &boxesOf(links.below[i]) : &kEmptyBoxes;
   for (int k = 0; k < 3; ++k) {
     const auto low =
         transposed(below[0]->low[k], below[1]->low[k], below[2]->low[k], below[3]->low[k]);
     const auto high =
         transposed(below[0]->high[k], below[1]->high[k], below[2]->high[k], below[3]->high[k]);
-    node.boxes.low[k] = lower(lower(low.x, low.y), lower(low.z, low.w));
-    node.boxes.high[k] = upper(upper(high.x, high.y), upper(high.z, high.w));
+    boxes.low[k] = lower(lower(low.x, low.y), lower(low.z, low.w));
+    boxes.high[k] = upper(upper(high.x, high.y), upper(high.z, high.w));
   }
+}
+ADAPTIVE_BVH_INLINE void refitInner(WideNode& node, const WideNode* nodes) {
+  refitInner(
+      node, [&](int child) -> const Boxes4& { return nodes[child].boxes; }, node.boxes);
 }
 
 /// Loads the corners of four triangles, given by their indices in the order of the leaves, from the

@@ -42,7 +42,9 @@ class LeastDistance {
   LeastDistance(const ClearanceQuery& query, MotionClearance& best)
       : query_(query),
         best_(best),
-        is_still_(isStill(query.first.body) && isStill(query.second.body)) {}
+        is_still_(isStill(query.first.body) && isStill(query.second.body)) {
+    if (best.triangles[0] >= 0) direction_ = (best.points[1] - best.points[0]).stableNormalized();
+  }
 
   double limit() const { return best_.upper - query_.tolerance; }
   const Vector& direction() const { return direction_; }
@@ -108,7 +110,7 @@ class LeastDistance {
   const ClearanceQuery& query_;
   MotionClearance& best_;
   const bool is_still_;
-  Vector direction_ = Vector::Zero();  ///< between the nearest points so far
+  Vector direction_ = Vector::Zero();  ///< between the nearest points so far, maybe of others
   bool is_improved_ = false;
   double unresolved_ = std::numeric_limits<double>::infinity();
 };
@@ -164,9 +166,13 @@ void walkWith(const ClearanceQuery& query, Goal& goal, std::size_t& box_tests) {
 
 template <typename Pair>
 bool lowerOf(const ClearanceQuery& query, MotionClearance& best) {
+  // What earlier bodies have left undivided.
+  const double before = best.lower < best.upper - query.tolerance
+                            ? best.lower
+                            : std::numeric_limits<double>::infinity();
   LeastDistance<Pair> goal(query, best);
   walkWith(query, goal, best.box_tests);
-  best.lower = std::max(0., std::min(best.upper - query.tolerance, goal.unresolved()));
+  best.lower = std::max(0., std::min({best.upper - query.tolerance, goal.unresolved(), before}));
   if (!goal.isImproved()) return false;
   if (best.upper <= query.tolerance) {
     FirstImpact<Pair> impact(query, best);
@@ -210,6 +216,29 @@ bool lowerClearance(const ClearanceQuery& query, MotionClearance& best) {
   if (query.second.body.flat()) return lowerOf<FlatPair>(query, best);
   if (query.second.body.mesh()) return lowerOf<MovingTrianglePair>(query, best);
   return lowerOf<SolidPair>(query, best);
+}
+
+void lowerToTriangles(const ClearanceQuery& query, const std::array<int, 2>& triangles,
+                      MotionClearance& best) {
+  const auto cornersOf = [](const MovingBody& body, int triangle, double t) {
+    const fcl::Triangle& v = body.mesh()->topology->triangles[std::size_t(triangle)];
+    const MovingBody::At at = body.at(t);
+    return TrianglePoints<double>{body.vertex(v[0], at), body.vertex(v[1], at),
+                                  body.vertex(v[2], at)};
+  };
+  const MovingTrianglePair pair(query.first.body, query.second.body, {0, 0});
+  for (const double t : {0., 1.}) {
+    const TriangleGap gap = gapOf(cornersOf(query.first.body, triangles[0], t),
+                                  cornersOf(query.second.body, triangles[1], t));
+    ++best.pair_times;
+    const double upper = gap.distance + pair.gapError(gap.distance);
+    if (!(upper > query.tolerance && upper < best.upper)) continue;
+    best.upper = upper;
+    best.lower = upper - query.tolerance;
+    best.time = t;
+    best.triangles = triangles;
+    best.points = {gap.points.first, gap.points.second};
+  }
 }
 
 void findIntervalsBelow(const ClearanceQuery& query, double clearance,

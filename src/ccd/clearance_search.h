@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "ccd/motion_walk.h"
@@ -28,6 +29,11 @@ void swapBodies(MotionClearance& clearance);
 /// the time of the first impact if the bodies meet. Sets best.lower. Returns whether best.upper has
 /// changed. If not, the bodies are at least best.upper - tolerance apart.
 bool lowerClearance(const ClearanceQuery& query, MotionClearance& best);
+
+/// Lowers `best` to the distance of two triangles, given by their indices, at the start or the end,
+/// unless that is at most the tolerance: bodies may then meet before.
+void lowerToTriangles(const ClearanceQuery& query, const std::array<int, 2>& triangles,
+                      MotionClearance& best);
 
 /// Finds the times at which the bodies are nearer than a clearance.
 void findIntervalsBelow(const ClearanceQuery& query, double clearance,

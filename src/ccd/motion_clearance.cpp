@@ -27,6 +27,7 @@ const fcl::Vector3d* positionsOf(const MeshState& state, const DeformableMesh<fl
                                  const fcl::Vector3f* positions,
                                  std::vector<fcl::Vector3d>& converted) {
   if (positions == mesh.vertices().data()) return state.vertices.data();
+  if (positions == mesh.previousVertices().data()) return state.previous.data();
   converted.resize(state.vertices.size());
   for (std::size_t i = 0; i < converted.size(); ++i) converted[i] = positions[i].cast<double>();
   return converted.data();

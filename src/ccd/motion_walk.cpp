@@ -12,10 +12,10 @@ using Vector = fcl::Vector3d;
 
 /// Four boxes at a share of a part of the motion.
 ADAPTIVE_BVH_INLINE Boxes4 boxesAt(const MovingNode& node, float share) {
-  if (share == 0) return *node.at[0];
-  if (share == 1) return *node.at[1];
+  if (share == 0) return node.at[0];
+  if (share == 1) return node.at[1];
   Boxes4 boxes;
-  const Boxes4 &from = *node.at[0], &until = *node.at[1];
+  const Boxes4 &from = node.at[0], &until = node.at[1];
   const Float4 to = float4::all(share);
   for (int k = 0; k < 3; ++k) {
     boxes.low[k] = from.low[k] + to * (until.low[k] - from.low[k]);
@@ -99,11 +99,11 @@ bool NodePairTest::isFast(const MovingNode& a, const MovingNode& b, const Share&
   double motion = 0, size = 0;
   for (int k = 0; k < 3; ++k) {
     const auto change = [&](const MovingNode& node) -> double {
-      return double(node.at[1]->low[k][0]) - double(node.at[0]->low[k][0]);
+      return double(node.at[1].low[k][0]) - double(node.at[0].low[k][0]);
     };
     motion = std::max(motion, std::fabs(change(b) - change(a) + offsets_[1][k] - offsets_[0][k]));
     for (const MovingNode* node : {&a, &b})
-      size = std::max(size, double(node->at[0]->high[k][0]) - double(node->at[0]->low[k][0]));
+      size = std::max(size, double(node->at[0].high[k][0]) - double(node->at[0].low[k][0]));
   }
   motion *= double(share.end - share.begin);
   return motion > 2 * size && motion > distance_ / 4;

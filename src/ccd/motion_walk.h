@@ -157,13 +157,13 @@ class MotionWalk {
     ++box_tests_;
     const WideNode &a = first_.boxes().links()[entry.first],
                    &b = second_.boxes().links()[entry.second];
-    const MovingNode boxes1 = first_.boxes()[entry.first];
+    const MovingNode& boxes1 = first_.boxes()[entry.first];
     Gaps4x4 keys;
     unsigned pairs;
     if (second_.body.flat()) {
       pairs = test_.nearPlane(boxes1, int(a.count), entry.share, keys);
     } else {
-      const MovingNode boxes2 = second_.boxes()[entry.second];
+      const MovingNode& boxes2 = second_.boxes()[entry.second];
       pairs = test_.near(boxes1, boxes2, entry.share, keys) & lanesOf(a, b);
       if (pairs && supports_.isSet())
         pairs &= ~supports_.apart(entry.first, entry.second, double(entry.share.begin),

@@ -13,23 +13,38 @@ namespace {
 /// Transforms may be off a rotation by 1e-3, so lengths are enlarged by more than that.
 constexpr double kTurn = 1.01;
 
+[[noreturn]] void refuseUnusable() { refuseMotion("a position is not finite, or too large"); }
+
 /// Bounds of the positions of vertices at the start and the end.
 struct MotionBounds {
   fcl::Vector3d low, high;
-  double speed = 0;  ///< the largest displacement
-  double sum = 0;    ///< not 0 if a coordinate is not finite
+  double speed = 0;               ///< the largest displacement
+  double deviations[2] = {0, 0};  ///< the largest distances from the mesh's present positions
 
-  MotionBounds(const fcl::Vector3d* start, const fcl::Vector3d* end, std::size_t count)
+  /// In the step of a mesh's two-frame update.
+  explicit MotionBounds(const MeshState& mesh)
+      : speed(mesh.report.largest_displacement), deviations{speed, 0} {
+    low = mesh.bounds.aabb_local.min_.array() - speed;
+    high = mesh.bounds.aabb_local.max_.array() + speed;
+  }
+  MotionBounds(const MeshState& mesh, const fcl::Vector3d* start, const fcl::Vector3d* end)
       : low(start[0]), high(start[0]) {
-    double squared = 0;
-    for (std::size_t i = 0; i < count; ++i) {
+    const auto raise = [](double& most, const fcl::Vector3d& way) {
+      most = std::max(most, way.squaredNorm());
+    };
+    double sum = 0;  // not 0 if a coordinate is not finite
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
       const fcl::Vector3d &a = start[i], &b = end[i];
       low = low.cwiseMin(a).cwiseMin(b);
       high = high.cwiseMax(a).cwiseMax(b);
-      squared = std::max(squared, (b - a).squaredNorm());
+      raise(speed, b - a);
+      raise(deviations[0], a - mesh.vertices[i]);
+      raise(deviations[1], b - mesh.vertices[i]);
       sum += (a + b).sum() * 0;
     }
-    speed = std::sqrt(squared) * (1 + 1e-9);
+    for (double* most : {&speed, &deviations[0], &deviations[1]})
+      *most = std::sqrt(*most) * (1 + 1e-9) + rounding::tiny<double>();
+    if (!(sum == 0)) refuseUnusable();
   }
 };
 
@@ -44,10 +59,11 @@ MovingBody::MovingBody(const MeshState& mesh, const fcl::Vector3d* start, const 
       from_(frame.at(0)),
       to_(frame.at(1)),
       is_undeformed_(start == mesh.vertices.data() && end == start) {
-  const MotionBounds bounds(start, end, mesh.vertices.size());
+  const bool is_step = start == mesh.previous.data() && end == mesh.vertices.data();
+  const MotionBounds bounds = is_step ? MotionBounds(mesh) : MotionBounds(mesh, start, end);
   const double largest = bounds.low.cwiseAbs().cwiseMax(bounds.high.cwiseAbs()).maxCoeff();
-  if (!(bounds.sum == 0) || !(largest + frame.reach() <= rounding::largestCoordinate<double>()))
-    refuseMotion("a position is not finite, or too large");
+  if (!(largest + frame.reach() <= rounding::largestCoordinate<double>())) refuseUnusable();
+  for (std::size_t e = 0; e < 2; ++e) deviations_[e] = bounds.deviations[e] * kTurn;
   setBounds(bounds.low, bounds.high, bounds.speed);
   if (frame_.isScrew()) setAcceleration(bounds.speed);
 }

@@ -63,6 +63,9 @@ class MovingBody {
   double arc(double length) const { return acceleration_ * length * length / 8; }
   /// The second derivative of positions is at most this.
   double acceleration() const { return acceleration_; }
+  /// Upper bound of how far vertices are at time t, in the world, from where the mesh's present
+  /// positions would be.
+  double deviation(double t) const { return (1 - t) * deviations_[0] + t * deviations_[1]; }
   /// Bound of the rounding error of positions.
   double error() const { return 0x1p-46 * magnitude_; }
   /// Bound of the coordinates, in the frame and in the world. Of a plane or half-space, of its
@@ -83,6 +86,7 @@ class MovingBody {
   FrameAt from_, to_;
   bool is_undeformed_ = true;
   double acceleration_ = 0, magnitude_ = 0, radius_ = 0;
+  double deviations_[2] = {0, 0};  ///< at the start and the end
   fcl::Vector3d middle_ = fcl::Vector3d::Zero();
 };
 

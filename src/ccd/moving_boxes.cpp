@@ -4,25 +4,6 @@
 #include <algorithm>
 
 namespace adaptive_bvh {
-namespace {
-
-/// The boxes of the triangles of a leaf, each with its corners cornerOf(vertex) and a margin.
-template <typename Corner>
-Boxes4 boxesOfLeaf(const WideTree& tree, const WideNode& leaf, const Float4& margin,
-                   const Corner& cornerOf) {
-  const Box none = {float4::all(kNowhere), float4::all(-kNowhere)};
-  Box boxes[4] = {none, none, none, none};
-  for (int i = 0; i < int(leaf.count); ++i) {
-    const Int4& v = tree.corners(static_cast<unsigned>(leaf.first + i));
-    const Float4 a = cornerOf(std::size_t(v[0])), b = cornerOf(std::size_t(v[1])),
-                 c = cornerOf(std::size_t(v[2]));
-    boxes[i] = {float4::lower<Float4>(float4::lower<Float4>(a, b), c) - margin,
-                float4::upper<Float4>(float4::upper<Float4>(a, b), c) + margin};
-  }
-  return boxes4(boxes[0], boxes[1], boxes[2], boxes[3]);
-}
-
-}  // namespace
 
 void MovingBoxes::assign(const MovingBody& body, double scale, double begin, double end) {
   body_ = &body;
@@ -30,28 +11,32 @@ void MovingBoxes::assign(const MovingBody& body, double scale, double begin, dou
   ends_[0] = body.at(begin);
   ends_[1] = body.at(end);
   for (int e = 0; e < 2; ++e) origins_[e] = ends_[e].frame(body.middle());
-  size_ = 2 * body.radius() * scale;
+  const double deviation = std::max(body.deviation(begin), body.deviation(end));
+  size_ = 2 * scale * (body.radius() + 2 * std::min(deviation, body.radius()));
   margin_ = float4::all(static_cast<float>(16 * kFloatUnit * size_ + 4 * scale * body.error()));
-  is_lazy_ = body.mesh() && body.isUndeformed() && body.frame().isRigid();
   ++epoch_;
-  if (!body.mesh()) return assignSolid();
-  const WideTree& tree = body.mesh()->tree;
-  links_ = tree.nodes();
-  depth_ = tree.depth();
-  const auto count = static_cast<std::size_t>(tree.size());
-  if (made_.size() < count) {
-    for (auto& nodes : nodes_) nodes.resize(count);
-    made_.resize(count);
-  }
-  if (is_lazy_)
-    assignUndeformed();
+  if (body.mesh())
+    assignMesh();
   else
-    assignDeformed();
+    assignSolid();
 }
 
-void MovingBoxes::assignUndeformed() {
-  const BodyCoordinates& own = body_->mesh()->tree.coordinates();
+void MovingBoxes::assignMesh() {
+  constexpr double kCoarse = 16;  // boxes grow by at most an eighth of their largest side
+  const WideTree& tree = body_->mesh()->tree;
+  links_ = tree.nodes();
+  depth_ = tree.depth();
+  if (nodes_.size() < static_cast<std::size_t>(tree.size())) {
+    nodes_.resize(static_cast<std::size_t>(tree.size()));
+    made_.resize(nodes_.size());
+  }
+  if (moved_.size() < body_->mesh()->vertices.size()) {
+    moved_.resize(body_->mesh()->vertices.size());
+    positions_.resize(2 * moved_.size());
+  }
+  const BodyCoordinates& own = tree.coordinates();
   const double factor = scale_ / own.scale;
+  double most = 0;
   for (int e = 0; e < 2; ++e) {
     const FrameAt& frame = ends_[e].frame;
     const fcl::Matrix3d turn = factor * frame.linear * own.axes();
@@ -60,44 +45,74 @@ void MovingBoxes::assignUndeformed() {
     // sides, of products and sums.
     const double reach = turn.cwiseAbs().rowwise().sum().maxCoeff();
     const double rounding = kFloatUnit * (32 * reach + 4 * offset.lpNorm<Eigen::Infinity>());
-    changes_[e] =
-        FrameChange(turn, offset, rounding + 2 * scale_ * body_->error() + 8 * kFloatUnit * size_);
+    const double deviation = body_->deviation(ends_[e].t);
+    changes_[e] = FrameChange(
+        turn, offset,
+        std::min(rounding + scale_ * (2 * body_->error() + deviation) + 8 * kFloatUnit * size_,
+                 double(kNowhere)));
+    most = std::max(most, deviation);
   }
+  least_side_ = static_cast<float>(std::min(kCoarse * own.scale * most, double(kNowhere)));
 }
 
-void MovingBoxes::make(std::size_t node) {
-  made_[node] = epoch_;
+/// Whether boxes of the mesh's tree are large enough to be enlarged by how far vertices are from
+/// the positions of the tree.
+bool MovingBoxes::isCoarse(const WideNode& links) const {
+  Float4 side = float4::all(0);
+  for (int k = 0; k < 3; ++k)
+    side = float4::upper<Float4>(side, links.boxes.high[k] - links.boxes.low[k]);
+  return float4::bits(side >= float4::all(least_side_)) != 0;
+}
+
+void MovingBoxes::make(int node) {
   const WideNode& links = links_[node];
-  for (std::size_t e = 0; e < 2; ++e)
-    nodes_[e][node].boxes = links.isLeaf()
-                                ? boxesOfLeaf(body_->mesh()->tree, links, margin_,
-                                              [&](std::size_t v) { return positionOf(v, e); })
-                                : changes_[e](links.boxes);
+  if (links.isLeaf() || !isCoarse(links)) return makeBelow(node);
+  const auto i = static_cast<std::size_t>(node);
+  made_[i] = epoch_;
+  for (int e = 0; e < 2; ++e) nodes_[i].at[e] = changes_[e](links.boxes);
 }
 
-Float4 MovingBoxes::positionOf(std::size_t vertex, std::size_t end) const {
-  const fcl::Vector3d y = scale_ * (body_->vertex(vertex, ends_[end]) - origins_[end]);
-  return Float4{static_cast<float>(y[0]), static_cast<float>(y[1]), static_cast<float>(y[2]), 0};
+/// Makes the boxes of a node and of those below from the positions of vertices.
+void MovingBoxes::makeBelow(int node) {
+  const WideNode& links = links_[node];
+  const auto i = static_cast<std::size_t>(node);
+  made_[i] = epoch_;
+  if (links.isLeaf()) return makeLeaf(links, nodes_[i]);
+  for (int lane = 0; lane < int(links.count); ++lane)
+    if (made_[static_cast<std::size_t>(links.below[lane])] != epoch_) makeBelow(links.below[lane]);
+  for (int e = 0; e < 2; ++e)
+    refitInner(
+        links, [&](int child) -> const Boxes4& { return nodes_[std::size_t(child)].at[e]; },
+        nodes_[i].at[e]);
 }
 
-void MovingBoxes::assignDeformed() {
-  const WideTree& tree = body_->mesh()->tree;
-  positions_.resize(body_->mesh()->vertices.size());
-  for (std::size_t e = 0; e < 2; ++e) {
-    for (std::size_t v = 0; v < positions_.size(); ++v) positions_[v] = positionOf(v, e);
-    std::vector<WideNode>& nodes = nodes_[e];
-    for (auto i = static_cast<std::size_t>(tree.size()); i-- > 0;) {
-      WideNode& node = nodes[i];
-      const WideNode& links = links_[i];
-      std::copy(links.below, links.below + 4, node.below);
-      node.first = links.first;
-      node.count = links.count;
-      if (node.isLeaf())
-        node.boxes = boxesOfLeaf(tree, node, margin_, [&](std::size_t v) { return positions_[v]; });
-      else
-        refitInner(node, nodes.data());
-    }
+void MovingBoxes::makeLeaf(const WideNode& leaf, MovingNode& node) {
+  const Box none = {float4::all(kNowhere), float4::all(-kNowhere)};
+  Box boxes[2][4] = {{none, none, none, none}, {none, none, none, none}};
+  for (int i = 0; i < int(leaf.count); ++i) {
+    const Int4& v = body_->mesh()->tree.corners(static_cast<unsigned>(leaf.first + i));
+    const Float4 *const a = positionsOf(v[0]), *const b = positionsOf(v[1]),
+                        *const c = positionsOf(v[2]);
+    for (int e = 0; e < 2; ++e)
+      boxes[e][i] = {float4::lower<Float4>(float4::lower<Float4>(a[e], b[e]), c[e]) - margin_,
+                     float4::upper<Float4>(float4::upper<Float4>(a[e], b[e]), c[e]) + margin_};
   }
+  for (int e = 0; e < 2; ++e)
+    node.at[e] = boxes4(boxes[e][0], boxes[e][1], boxes[e][2], boxes[e][3]);
+}
+
+/// The positions of a vertex at both ends.
+const Float4* MovingBoxes::positionsOf(int vertex) {
+  const auto v = static_cast<std::size_t>(vertex);
+  Float4* const positions = &positions_[2 * v];
+  if (moved_[v] == epoch_) return positions;
+  moved_[v] = epoch_;
+  for (int e = 0; e < 2; ++e) {
+    const fcl::Vector3d y = scale_ * (body_->vertex(v, ends_[e]) - origins_[e]);
+    positions[e] =
+        Float4{static_cast<float>(y[0]), static_cast<float>(y[1]), static_cast<float>(y[2]), 0};
+  }
+  return positions;
 }
 
 /// A plane or half-space has no box.
@@ -107,8 +122,11 @@ void MovingBoxes::assignSolid() {
   single_.leaf = 0;
   links_ = &single_;
   depth_ = 1;
-  for (auto& nodes : nodes_)
-    if (nodes.empty()) nodes.resize(1);
+  if (nodes_.empty()) {
+    nodes_.resize(1);
+    made_.resize(1);
+  }
+  made_[0] = epoch_;
   if (body_->flat()) return;
   for (int e = 0; e < 2; ++e) {
     Boxes4 boxes = kEmptyBoxes;
@@ -120,7 +138,7 @@ void MovingBoxes::assignSolid() {
       boxes.low[k][0] = static_cast<float>(side(-1)) - margin_[0];
       boxes.high[k][0] = static_cast<float>(side(1)) + margin_[0];
     }
-    nodes_[e][0].boxes = boxes;
+    nodes_[0].at[e] = boxes;
   }
 }
 

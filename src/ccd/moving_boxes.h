@@ -14,27 +14,24 @@ constexpr double kFloatUnit = 1. / (1 << 24);
 
 /// The boxes of a node at both ends of a part of the motion. In between, its triangles are inside
 /// of the boxes that are interpolated linearly, up to MovingBody::arc: vertices move on straight
-/// lines, and so do the sides. Refers to MovingBoxes.
+/// lines, and so do the sides.
 struct MovingNode {
-  const Boxes4* at[2];
+  Boxes4 at[2];
 };
 
-/// The boxes of all nodes of a body's tree at both ends of a part of its motion, along the axes of
-/// the world, in single precision, relative to a point that moves with the body. A shape has one
-/// leaf with one box. docs/bounds.md, 22.
+/// The boxes of a body's nodes at both ends of a part of its motion, along the axes of the world,
+/// in single precision, relative to a point that moves with the body. A shape has one leaf with one
+/// box. The boxes of a mesh are computed where they are read. docs/bounds.md, 22.
 class MovingBoxes {
  public:
-  /// `scale`: a power of two, by which coordinates are multiplied. The boxes of a mesh that deforms
-  /// are computed here; those of others where they are read: of inner nodes those of the mesh's
-  /// tree, turned; of leaves from the vertices. Refers to the body.
+  /// `scale`: a power of two, by which coordinates are multiplied. Refers to the body.
   void assign(const MovingBody& body, double scale, double begin, double end);
 
   /// Links of the nodes; their boxes are not those of the motion.
   const WideNode* links() const { return links_; }
-  MovingNode operator[](int node) {
-    const auto i = static_cast<std::size_t>(node);
-    if (is_lazy_ && made_[i] != epoch_) make(i);
-    return {{&nodes_[0][i].boxes, &nodes_[1][i].boxes}};
+  const MovingNode& operator[](int node) {
+    if (made_[static_cast<std::size_t>(node)] != epoch_) make(node);
+    return nodes_[static_cast<std::size_t>(node)];
   }
   int depth() const { return depth_; }
   /// The point at the begin or the end, in the world.
@@ -43,22 +40,26 @@ class MovingBoxes {
   double size() const { return size_; }
 
  private:
-  void make(std::size_t node);
-  void assignUndeformed();
-  void assignDeformed();
+  void make(int node);
+  bool isCoarse(const WideNode& links) const;
+  void makeBelow(int node);
+  void makeLeaf(const WideNode& leaf, MovingNode& boxes);
+  const Float4* positionsOf(int vertex);
+  void assignMesh();
   void assignSolid();
-  Float4 positionOf(std::size_t vertex, std::size_t end) const;
 
   const MovingBody* body_ = nullptr;
   MovingBody::At ends_[2];
   double scale_ = 1;
   const WideNode* links_ = nullptr;
-  std::vector<WideNode> nodes_[2];   ///< at both ends; links only of a mesh that deforms
+  std::vector<MovingNode> nodes_;
   std::vector<std::uint32_t> made_;  ///< the epoch in which each node was made
+  /// The positions of each vertex at both ends, and the epoch in which they were computed.
+  std::vector<Float4> positions_;
+  std::vector<std::uint32_t> moved_;
   std::uint32_t epoch_ = 0;
-  bool is_lazy_ = false;
-  FrameChange changes_[2];         ///< from the mesh's tree
-  std::vector<Float4> positions_;  ///< of a mesh that deforms, at one end, by vertex
+  FrameChange changes_[2];  ///< from the boxes of the mesh's tree
+  float least_side_ = 0;    ///< smaller boxes of the mesh's tree are not taken
   Float4 margin_ = float4::all(0);
   fcl::Vector3d origins_[2];
   double size_ = 0;

@@ -4,6 +4,7 @@
 #include "adaptive_bvh/deformable_mesh.h"
 #include "deformable/mesh_state.h"
 #include "deformable/mesh_step.h"
+#include "mesh/vertex_summary.h"
 
 // The calls of DeformableMesh except save and load. Builds and updates are in mesh_step.cpp.
 namespace adaptive_bvh {
@@ -221,7 +222,11 @@ const MeshUpdate& DeformableMesh<S>::updateTwoFrames(const Point* positions, std
 
 template <typename S>
 void DeformableMesh<S>::setPrevious(std::vector<Point> positions) {
-  held_->state().previous = inDouble(positions);
+  MeshState& state = held_->state();
+  state.previous = inDouble(positions);
+  VertexSummary<double> step;
+  step.add(state.vertices.data(), state.previous.data(), state.previous.size());
+  state.report.largest_displacement = step.largestDisplacement();
   setUserPrevious(*held_, std::move(positions));
 }
 

@@ -346,6 +346,13 @@ SceneImpact Scene<S>::earliestImpact(double separation) const {
 }
 
 template <typename S>
+SceneClearance Scene<S>::leastDistance(BodyId body, double tolerance, FramePath path) {
+  const SceneClearance found = state_->scene.leastDistance(body, tolerance, path);
+  state_->scene.keepNearest(body, found);
+  return found;
+}
+
+template <typename S>
 SceneClearance Scene<S>::leastDistance(BodyId body, double tolerance, FramePath path) const {
   return state_->scene.leastDistance(body, tolerance, path);
 }

@@ -73,14 +73,14 @@ WorldBox sweptBox(const Body& body, FramePath path) {
   const bool is_placed = body.start_tf.matrix() == body.tf.matrix();
   if (is_placed && !is_deformed) return body.box;
   const SteppingBody stepping(body, path);
-  if (!is_deformed || stepping.moving().frame().isScrew()) return boxOfSpheres(stepping.moving());
-  WorldBox box = body.box;
-  for (const fcl::Vector3d& x : body.mesh().previous) {
-    const fcl::Vector3d start = body.start_tf * x;
-    box = aroundBoth(box, {start, start});
-  }
-  const double margin = 2 * stepping.moving().error();
-  return {box.low.array() - margin, box.high.array() + margin};
+  const MovingBody& moving = stepping.moving();
+  if (!is_deformed || moving.frame().isScrew()) return boxOfSpheres(moving);
+  // At the start, vertices are near their present positions.
+  const fcl::AABBd& local = body.mesh().bounds.aabb_local;
+  const fcl::Vector3d middle = body.start_tf * fcl::Vector3d(local.center()),
+                      half = body.start_tf.linear().cwiseAbs() * (local.max_ - local.min_) / 2;
+  const double margin = moving.deviation(0) + 2 * moving.error();
+  return aroundBoth(body.box, {(middle - half).array() - margin, (middle + half).array() + margin});
 }
 
 /// Boxes that together hold the motion of a body, which `whole` holds: those of the upper nodes of
@@ -103,13 +103,13 @@ std::vector<WorldBox> boxesOf(BoxedBody& boxed, const WorldBox& whole) {
   }
   std::vector<WorldBox> result;
   for (const int node : nodes) {
-    const MovingNode moving = boxes[node];
+    const MovingNode& moving = boxes[node];
     for (int i = 0; i < int(boxes.links()[node].count); ++i) {
       WorldBox ends[2];
       for (int e = 0; e < 2; ++e)
         for (int k = 0; k < 3; ++k) {
-          ends[e].low[k] = double(moving.at[e]->low[k][i]) / scale + boxes.origin(e)[k];
-          ends[e].high[k] = double(moving.at[e]->high[k][i]) / scale + boxes.origin(e)[k];
+          ends[e].low[k] = double(moving.at[e].low[k][i]) / scale + boxes.origin(e)[k];
+          ends[e].high[k] = double(moving.at[e].high[k][i]) / scale + boxes.origin(e)[k];
         }
       result.push_back(aroundBoth(ends[0], ends[1]));
     }
@@ -117,13 +117,15 @@ std::vector<WorldBox> boxesOf(BoxedBody& boxed, const WorldBox& whole) {
   return result;
 }
 
-/// A candidate of a query, by the distance of the boxes around the motions.
+/// A candidate of a query, by a lower bound of its distance.
 struct Candidate {
-  double gap;
+  double gap;  ///< between boxes around the motions: of the first body as a whole, or of its nodes
   unsigned index;
+  bool is_of_nodes;
 
+  /// Heap order, from the top: smaller bounds, then smaller indices.
   friend bool operator<(const Candidate& a, const Candidate& b) {
-    return a.gap != b.gap ? a.gap < b.gap : a.index < b.index;
+    return a.gap != b.gap ? a.gap > b.gap : a.index > b.index;
   }
 };
 
@@ -146,26 +148,43 @@ class NearestOverStep {
         first_(body, path),
         tolerance_(tolerance),
         path_(path),
-        boxed_(first_.moving(), memory_->first) {
-    const WorldBox box = sweptBox(body, path);
-    const std::vector<WorldBox> boxes = boxesOf(boxed_, box);
-    for (unsigned i = 0; i < scene.bodies.size(); ++i) {
-      const Body& other = scene.bodies[i];
-      if (&other == &body || !scene.admits(body, other)) continue;
-      const bool is_bounded = box.isBounded() && other.box.isBounded();
-      candidates_.push_back({is_bounded ? leastGap(boxes, sweptBox(other, path)) : 0., i});
-    }
-    std::sort(candidates_.begin(), candidates_.end());
+        boxed_(first_.moving(), memory_->first) {}
+
+  /// Lowers `best` to the distance of the triangles that were found last.
+  void lowerToKept(SceneClearance& best) {
+    const SceneDistance<double> kept = first_.body.nearest.found;  // a filter may change it
+    if (!kept.exists() || !scene_.contains(kept.bodies.second)) return;
+    const Body& other = scene_.bodies[scene_.indexOf(kept.bodies.second)];
+    if (!isTriangle(first_.body, kept.elements[0]) || !isTriangle(other, kept.elements[1]) ||
+        !scene_.admits(first_.body, other))
+      return;
+    const SteppingBody second(other, path_);
+    BoxedBody boxed(second.moving(), memory_->second);
+    const ClearanceQuery query = {boxed_, boxed, tolerance_};
+    requireTolerable(query);
+    lowerToTriangles(query, kept.elements, best.clearance);
+    if (best.exists()) best.bodies = {first_.body.id, other.id};
   }
 
-  /// Calls lower(other, best) for the other bodies by increasing gap. It returns the distance
-  /// beyond which no bodies are needed.
+  /// Calls visit(other) for the bodies nearer than a limit, by increasing gap. It returns the
+  /// distance beyond which no bodies are needed.
   template <typename Visit>
-  void visit(const Visit& visit) {
-    double limit = std::numeric_limits<double>::infinity();
-    for (const Candidate& candidate : candidates_) {
-      if (candidate.gap > limit) return;
-      const SteppingBody second(scene_.bodies[candidate.index], path_);
+  void visit(double limit, const Visit& visit) {
+    const WorldBox box = sweptBox(first_.body, path_);
+    findCandidates(box, limit);
+    if (box.isBounded()) boxes_ = boxesOf(boxed_, box);
+    while (!candidates_.empty() && candidates_.front().gap <= limit) {
+      std::pop_heap(candidates_.begin(), candidates_.end());
+      Candidate& next = candidates_.back();
+      const Body& other = scene_.bodies[next.index];
+      if (!next.is_of_nodes) {
+        next.gap = leastGap(boxes_, sweptBox(other, path_));
+        next.is_of_nodes = true;
+        std::push_heap(candidates_.begin(), candidates_.end());
+        continue;
+      }
+      candidates_.pop_back();
+      const SteppingBody second(other, path_);
       if (!(first_.isFlat() && second.isFlat())) limit = visit(second);
     }
   }
@@ -182,13 +201,30 @@ class NearestOverStep {
   }
 
  private:
+  static bool isTriangle(const Body& body, int element) {
+    return body.isMesh() && element >= 0 && element < body.mesh().numTriangles();
+  }
+  /// Finds the other bodies whose boxes are at most `limit` from a box.
+  void findCandidates(const WorldBox& box, double limit) {
+    for (unsigned i = 0; i < scene_.bodies.size(); ++i) {
+      const Body& other = scene_.bodies[i];
+      if (&other == &first_.body) continue;
+      const bool is_bounded = box.isBounded() && other.box.isBounded();
+      const double gap = is_bounded ? gapOf(box, sweptBox(other, path_)) : 0;
+      if (gap <= limit && scene_.admits(first_.body, other))
+        candidates_.push_back({gap, i, !is_bounded});
+    }
+    std::make_heap(candidates_.begin(), candidates_.end());
+  }
+
   const SceneState& scene_;
   const SteppingBody first_;
   const double tolerance_;
   const FramePath path_;
   const Leased<PairMemory> memory_;
   BoxedBody boxed_;
-  std::vector<Candidate> candidates_;
+  std::vector<WorldBox> boxes_;        ///< around the motion of the first body
+  std::vector<Candidate> candidates_;  ///< a heap
 };
 
 bool isNearerClearance(const SceneClearance& a, const SceneClearance& b) {
@@ -215,11 +251,23 @@ SceneClearance SceneState::leastDistance(BodyId body, double tolerance, FramePat
   requireCurrent();
   NearestOverStep search(*this, bodies[indexOf(body)], tolerance, path);
   SceneClearance best;
-  search.visit([&](const SteppingBody& other) {
+  search.lowerToKept(best);
+  const double limit =
+      best.exists() ? best.clearance.upper - tolerance : std::numeric_limits<double>::infinity();
+  search.visit(limit, [&](const SteppingBody& other) {
     search.lower(other, best);
     return best.clearance.upper - tolerance;
   });
   return best;
+}
+
+void SceneState::keepNearest(BodyId body, const SceneClearance& found) {
+  KeptDistance& kept = bodies[indexOf(body)].nearest;
+  if (!found.exists() || kept.epoch == epoch) return;
+  kept = {};
+  kept.found.bodies = found.bodies;
+  kept.found.distance = found.clearance.upper;
+  kept.found.elements = found.clearance.triangles;
 }
 
 /// A body beyond the first k is compared with the last of these.
@@ -229,7 +277,7 @@ void SceneState::leastDistances(BodyId body, std::size_t k, double tolerance, Fr
   NearestOverStep search(*this, bodies[indexOf(body)], tolerance, path);
   result.clear();
   if (k == 0) return;
-  search.visit([&](const SteppingBody& other) {
+  search.visit(std::numeric_limits<double>::infinity(), [&](const SteppingBody& other) {
     const bool is_full = result.size() == k;
     SceneClearance found;
     if (is_full) found.clearance.upper = result.back().clearance.upper;

@@ -102,6 +102,8 @@ struct SceneState {
   /// Keeps an answer of `distance` or `nearest` as the start of the next search.
   void keepDistance(const Distance& found);
   void keepNearest(BodyId body, const Distance& found);
+  /// Keeps a pair as the start of the next search, unless the answer of `nearest` is kept.
+  void keepNearest(BodyId body, const SceneClearance& found);
   void nearest(BodyId body, std::size_t k, std::vector<Distance>& result) const;
   ScenePoint<double> nearestPoint(const fcl::Vector3d& point) const;
 

@@ -13,6 +13,7 @@
 #include <fcl/geometry/shape/plane.h>
 #include <fcl/geometry/shape/sphere.h>
 
+#include "ccd/moving_boxes.h"
 #include "support/meshes.h"
 #include "support/quad_motion.h"
 #include "support/random_geometry.h"
@@ -461,6 +462,81 @@ TEST(MotionClearance, OfFloatsIsThatOfTheSameNumbers) {
                                    BodyMotion<double>(in_double, at(0, 1, 0), at(0, 1, 0)), 1e-4);
   EXPECT_EQ(single.upper, twice.upper);
   EXPECT_EQ(single.lower, twice.lower);
+}
+
+// ---- Boxes of nodes
+
+/// Checks that the boxes below a node hold their triangles, whose vertices are at `exact` at both
+/// ends; returns the triangles' leaf indices. Reads the boxes from above, as walks do.
+std::vector<unsigned> judgeBoxes(adaptive_bvh::MovingBoxes& boxes, int node,
+                                 const adaptive_bvh::WideTree& tree, double scale,
+                                 const std::array<std::vector<quad::Point>, 2>& exact) {
+  const adaptive_bvh::MovingNode& moving = boxes[node];
+  const adaptive_bvh::WideNode& links = boxes.links()[node];
+  std::vector<unsigned> all;
+  for (int lane = 0; lane < int(links.count); ++lane) {
+    const std::vector<unsigned> below =
+        links.isLeaf() ? std::vector<unsigned>{unsigned(links.first + lane)}
+                       : judgeBoxes(boxes, links.below[lane], tree, scale, exact);
+    for (int e = 0; e < 2; ++e)
+      for (int k = 0; k < 3; ++k) {
+        const Real low = Real(moving.at[e].low[k][lane]), high = Real(moving.at[e].high[k][lane]);
+        EXPECT_TRUE(low >= -Real(boxes.size()) && high <= Real(boxes.size()));
+        for (const unsigned leaf_index : below)
+          for (int corner = 0; corner < 3; ++corner) {
+            const auto v = std::size_t(tree.corners(leaf_index)[corner]);
+            const Real y =
+                Real(scale) * (quad::entry(exact[std::size_t(e)][v], k) - Real(boxes.origin(e)[k]));
+            EXPECT_TRUE(low <= y && y <= high) << "node " << node << ", vertex " << v;
+          }
+      }
+    all.insert(all.end(), below.begin(), below.end());
+  }
+  return all;
+}
+
+/// Whatever the mesh's present positions are: those of the start, of the end, or others.
+TEST(MovingBoxes, HoldTheTrianglesBelow) {
+  Bodies random(6);
+  for (int i = 0; i < manySteps(30); ++i) {
+    SCOPED_TRACE(i);
+    const double size = std::ldexp(1., random.oneIn(3) ? random.below(400) - 200 : 0),
+                 most = random.oneIn(5) ? 0 : random.size(-6, 1);
+    const auto moved = [&](std::vector<P> positions) -> std::vector<P> {
+      const P together = random.oneIn(3) ? P(random.point() * most) : P(P::Zero());
+      for (P& x : positions) x += size * (together + most * random.point());
+      return positions;
+    };
+    TriangleMesh<double> hose = tube<double>(6, 20);
+    for (P& x : hose.vertices) x *= size;
+    DeformableMesh<double> mesh = meshOf(hose);
+    const std::vector<P> start = moved(hose.vertices), end = moved(start);
+    if (random.oneIn(2)) mesh.update(start);
+    const bool is_step = random.oneIn(2);
+    if (is_step || random.oneIn(2)) mesh.updateTwoFrames(end);
+    const Pose from = random.pose(size);
+    Pose to = random.oneIn(3) ? from : random.pose(size);
+    if (Bodies::isHalfTurn(from, to)) to.linear() = from.linear();
+    const FramePath path = random.oneIn(2) ? FramePath::Straight : FramePath::Screw;
+    const adaptive_bvh::MeshState& state = adaptive_bvh::stateOf(mesh);
+    const std::vector<P>& before = is_step ? state.previous : start;
+    const std::vector<P>& after = is_step ? state.vertices : end;
+    const quad::MovingTriangles exact{before, after, hose.triangles,
+                                      quad::FramePair(from, to, path == FramePath::Screw)};
+    const adaptive_bvh::MovingBody body(state, before.data(), after.data(),
+                                        adaptive_bvh::FrameMotion(from, to, path));
+    adaptive_bvh::MovingBoxes boxes;
+    const double scale = std::ldexp(1., -std::ilogb(body.radius()));
+    for (const auto& times : {std::array<double, 2>{0, 1}, {0, 0.25}, {0.25, 0.5}, {0.5, 1}}) {
+      std::array<std::vector<quad::Point>, 2> at_ends;
+      for (std::size_t e = 0; e < 2; ++e)
+        for (std::size_t v = 0; v < before.size(); ++v)
+          at_ends[e].push_back(exact.vertex(v, Real(times[e])));
+      boxes.assign(body, scale, times[0], times[1]);
+      judgeBoxes(boxes, 0, state.tree, scale, at_ends);
+    }
+    if (HasFailure()) return;
+  }
 }
 
 TEST(MotionClearance, RefusesWhatItCannotAnswer) {

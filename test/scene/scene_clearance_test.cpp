@@ -138,6 +138,34 @@ TEST(SceneClearance, FindsAllPairsBelow) {
   }
 }
 
+/// A scene remembers the pair; one that cannot keep it finds the same distance.
+TEST(SceneClearance, StartsFromThePairThatWasKept) {
+  const double tolerance = 1e-4;
+  for (unsigned seed = 0; seed < 6; ++seed) {
+    Bay bay(seed);
+    const Scene<double>& fixed = bay.scene;
+    for (const BodyId body : {BodyId(0), BodyId(1), BodyId(2), BodyId(4)}) {
+      const SceneClearance first = fixed.leastDistance(body, tolerance);
+      if (body == 0) bay.scene.nearest(body);  // keeps the pair at the end
+      for (int call = 0; call < 3; ++call) {
+        const SceneClearance again = bay.scene.leastDistance(body, tolerance);
+        EXPECT_NEAR(again.clearance.upper, first.clearance.upper, tolerance);
+        EXPECT_LE(again.clearance.lower, first.clearance.upper);
+        EXPECT_LE(again.clearance.upper - again.clearance.lower, tolerance * (1 + 1e-12));
+        EXPECT_EQ(again.clearance.meet(), first.clearance.meet());
+        if (again.clearance.meet()) {
+          EXPECT_NEAR(again.clearance.time, first.clearance.time, 1e-6);
+        }
+        if (call == 2 && first.clearance.triangles[1] >= 0 && !first.clearance.meet()) {
+          EXPECT_LE(again.clearance.box_tests, first.clearance.box_tests);
+        }
+      }
+      for (const double bad : {0., 1e-15, -1., std::nan(""), HUGE_VAL})
+        EXPECT_THROW(bay.scene.leastDistance(body, bad), std::invalid_argument);
+    }
+  }
+}
+
 TEST(SceneClearance, LeavesOutWhatThePairsLeaveOut) {
   Bay bay(1);
   const SceneClearance before = bay.scene.leastDistance(0, 1e-4);
