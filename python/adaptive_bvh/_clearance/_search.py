@@ -138,11 +138,13 @@ class Search:
         if frames:
             said.append(self._errors[frames[0]])
         if len(frames) > 1:
-            said.append(f"{name}: {len(frames) - 1} more frames could not be used, the last of "
-                        f"them {label(frames[-1])}; export them again")
+            what = (f"{len(frames) - 1} more frames could not be used, the last of them"
+                    if len(frames) > 2 else "one more frame could not be used,")
+            said.append(f"{name}: {what} {label(frames[-1])}; export all of them again")
         changes = sorted(set(self._changes))
         if changes:
-            more = f", and at {len(changes) - 1} more frames" if len(changes) > 1 else ""
+            others = len(changes) - 1
+            more = f", and in {others} more step{'s' * (others > 1)}" if others else ""
             said.append(f"{name}: triangles or vertices change between {label(changes[0])} and "
                         f"{label(changes[0] + 1)}{more}, so the motion between them is unknown; "
                         f"export all frames with the same mesh")
