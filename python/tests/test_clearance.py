@@ -130,7 +130,7 @@ def expect_row(row, frames, faces, part, limit, tolerance, first=0):
     assert row["kept"] == kept
 
 
-@pytest.mark.parametrize("limit, threads", [(0.0, 1), (0.4, 2), (1.5, 1)])
+@pytest.mark.parametrize("limit, threads", [(0.0, 1), (0.4, 2), (1.5, 1), (3.0, 2), (40.0, 1)])
 def test_every_pair_agrees_with_samples(run, tmp_path, bay, limit, threads):
     hose, frames, faces, parts = bay
     found = run("--moving", hose, "--parts", tmp_path / "part*.ply", "--clearance", limit,
@@ -141,6 +141,20 @@ def test_every_pair_agrees_with_samples(run, tmp_path, bay, limit, threads):
     uppers = [float(row["upper"]) for row in found.rows]
     assert uppers == sorted(uppers)
     assert found.status == (1 if "no" in [row["kept"] for row in found.rows] else 0)
+
+
+def test_a_limit_above_all_distances_needs_no_search_for_times(run, tmp_path, bay, monkeypatch):
+    """Such as 5 m in place of 5 mm."""
+    from adaptive_bvh._clearance import _motion
+    hose, *_ = bay
+    monkeypatch.setattr(_motion, "intervals_below", None)
+    found = run("--moving", hose, "--parts", tmp_path / "part*.ply", "--clearance", "5m")
+    assert found.status == 1 and [row["below_limit"] for row in found.rows] == ["0-5"] * 3
+    frames, faces = hose_frames()
+    other = write_frames(tmp_path, "other", frames + [0, 3, 3], faces)
+    found = run("--moving", hose, "--moving", other, "--parts", tmp_path / "part2.ply",
+                "--clearance", "5m")
+    assert found.row("other", "hose")["below_limit"] == "0-5"
 
 
 def test_impacts_between_frames_are_found(run, tmp_path):
