@@ -126,6 +126,26 @@ def test_a_study_says_all_that_single_runs_say(study, dask):
     assert {row["motion"] for row in rows(study)} == set(HEIGHTS)
 
 
+@pytest.mark.parametrize("words, sentence", [
+    (["--parts", "floor.ply", "--moving", "low.npz"], "--moving stands in the table"),
+    ([], "no part is given"),
+    (["--parts", "floor.ply", "--results", "study.csv"], "study.csv cannot be a folder of results"),
+    (["--parts", "floor.ply", "--scheduler", "nowhere"], "no scheduler answers at nowhere"),
+])
+def test_what_a_study_cannot_do_is_said(study, dask, words, sentence):
+    found = subprocess.run([*COMMAND, "--study", "study.csv", *words], cwd=study, env=ENVIRONMENT,
+                           capture_output=True, text=True, timeout=100)
+    assert found.returncode == 2 and found.stderr.startswith(f"error: {sentence}"), found.stderr
+    assert len(found.stderr.splitlines()) == 1
+
+
+def test_parts_that_cannot_be_read_are_no_lack_of_memory(study, dask):
+    (study / "floor.ply").write_bytes(b"ply")
+    found = run(study)
+    assert found.returncode == 2 and "memory" not in found.stderr
+    assert found.stderr.count("this part is left out, export it again") == len(HEIGHTS)
+
+
 def wait_for(found, seconds=200):
     begin = time.monotonic()
     while not found() and time.monotonic() - begin < seconds:

@@ -159,7 +159,7 @@ def _client(arguments: argparse.Namespace):
     if arguments.scheduler:
         try:
             return distributed.Client(arguments.scheduler, timeout="20s"), None
-        except OSError as error:
+        except (OSError, ValueError) as error:
             raise InputError(f"no scheduler answers at {arguments.scheduler} ({error}); start one "
                              f"with: dask scheduler") from None
     # A terminal sends Ctrl-C to all processes. Those of Dask inherit that it is blocked here.
@@ -187,8 +187,9 @@ def _compute(arguments: argparse.Namespace, given: Dict[str, Any], wanted: List[
             if error is None:
                 keep(motion, future.result())
             else:
-                text = (f"{motion.name}: its process ended each time that it was tried; it may need "
-                        f"more memory than there is ({type(error).__name__}: {error})")
+                text = str(error) if isinstance(error, (InputError, SequenceError)) else (
+                    f"its process ended each time that it was tried; it may need more memory than "
+                    f"there is ({type(error).__name__}: {error})")
                 done[motion.name] = {"status": WRONG_INPUT, "headline": text, "rows": [],
                                      "problems": [text]}
             future.release()
@@ -206,13 +207,21 @@ def _compute(arguments: argparse.Namespace, given: Dict[str, Any], wanted: List[
 def run_study(arguments: argparse.Namespace) -> int:
     """Runs what is missing of a study, and writes page and table. Returns the exit status."""
     from ._study_page import study_page
+    if arguments.moving:
+        raise InputError("--moving stands in the table of --study; leave it out")
+    if not arguments.parts:
+        raise InputError("no part is given; name the files of the parts after --parts")
     motions = read_study(arguments.study)
     _import_distributed()
     given = {key: value for key, value in vars(arguments).items() if key != "moving"}
     given["parts"] = [os.path.abspath(path) for path in expanded(arguments.parts)]
     Inputs(argparse.Namespace(**given), motions[0].moving)  # checks the options
     folder = arguments.results or os.path.splitext(arguments.study)[0]
-    os.makedirs(folder, exist_ok=True)
+    try:
+        os.makedirs(folder, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder} cannot be a folder of results ({error.strerror}); name another "
+                         f"one: --results FOLDER") from None
     parts = _state_of(given["parts"])
     prints = {motion.name: _fingerprint(given, motion, parts) for motion in motions}
     done: Dict[str, Dict[str, Any]] = {}
