@@ -21,8 +21,9 @@ class Settings(NamedTuple):
         `is_below`: that the pair is below the limit is known."""
         if seen == np.inf:
             return seen
-        least = seen - self.tolerance_at(seen)
-        return least if is_below else max(self.limit, least)
+        if is_below:  # as near as a search for the times would come
+            return seen - self.tolerance_at(seen) / 2
+        return max(self.limit, seen - self.tolerance_at(seen))
 
     def all_wanted(self, seen: Floats) -> Floats:
         """The same for many pairs."""
