@@ -7,14 +7,15 @@ object with `vertices` and `faces`.
 A mesh with a true attribute `is_convex` whose faces enclose it is a convex body, filled, as in
 trimesh: two of them have one contact, and minus its depth is their distance where they overlap.
 Other meshes are surfaces: a contact for each pair of triangles that meet, and the distance 0 where
-they touch. Nothing is cut: trimesh keeps 100,000 contacts of a pair.
+they touch or meet a convex body (trimesh's may be negative there, which is no depth). Nothing is cut:
+trimesh keeps 100,000 contacts of a pair. To know whether a mesh is convex, trimesh needs SciPy.
 
 Poses are in double precision, and must be rigid. One thread at a time may use a manager.
 """
 
 import numpy as np
 
-from ._core import Convex, DeformableMesh, Scene
+from ._core import Convex, DeformableMesh, Scene, distance
 
 __all__ = ["CollisionManager", "ContactData", "DistanceData", "scene_to_collision"]
 
@@ -42,8 +43,8 @@ class ContactData:
 class DistanceData:
     """The distance of two objects, and its nearest points and faces.
 
-    Of convex bodies that overlap, the points are a depth apart along the direction in which one
-    must move by it.
+    Of convex bodies that overlap, the distance is minus the depth: the points are that far apart, and
+    meet if one body moves by it, the shortest way out.
     """
 
     def __init__(self, names, triangles, points, distance):
@@ -92,6 +93,7 @@ class _Bodies:
         self.scene = Scene()
         self._mask = mask
         self._numbers = {}
+        self._things = {}
         self._convex = set()
         self.names = {}
 
@@ -99,14 +101,14 @@ class _Bodies:
         mask = self._mask if group == _OURS else _OURS
         number = self.scene.add(thing.geometry, thing.transform, group=group, mask=mask)
         self._numbers[group, name] = number
-        self.names[number] = name
+        self.names[number], self._things[number] = name, thing
         if isinstance(thing.geometry, Convex):
             self._convex.add(number)
 
     def remove(self, name, group=_OURS):
         number = self._numbers.pop((group, name))
         self.scene.remove(number)
-        del self.names[number]
+        del self.names[number], self._things[number]
         self._convex.discard(number)
 
     def place(self, name, transform):
@@ -163,9 +165,13 @@ class _Bodies:
         if not convex.any():
             return None
         i = int(np.argmax(np.where(convex, contacts.depths, -1.0)))
-        apart = contacts.normals[i] * (contacts.depths[i] / 2)
-        points = contacts.points[i] + apart, contacts.points[i] - apart
-        return found.bodies[i].tolist(), (-1, -1), points, -float(contacts.depths[i])
+        bodies, depth = found.bodies[i].tolist(), float(contacts.depths[i])
+        first, second = (self._things[number] for number in bodies)
+        way = contacts.normals[i] * depth
+        out = second.transform.copy()
+        out[:3, 3] += way  # now they touch
+        meet = distance(first.geometry, second.geometry, first.transform, out).points
+        return bodies, (-1, -1), (meet[0], meet[1] - way), -depth
 
 
 def _answer(value, names, data, return_names, return_data):

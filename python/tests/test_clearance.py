@@ -4,6 +4,7 @@ import csv
 import os
 import pathlib
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -129,7 +130,7 @@ def expect_row(row, frames, faces, part, limit, tolerance, first=0):
     assert row["kept"] == kept
 
 
-@pytest.mark.parametrize("limit, threads", [(0.0, 1), (0.4, 2), (1.5, 1)])
+@pytest.mark.parametrize("limit, threads", [(0.0, 1), (0.4, 2), (1.5, 1), (3.0, 2), (40.0, 1)])
 def test_every_pair_agrees_with_samples(run, tmp_path, bay, limit, threads):
     hose, frames, faces, parts = bay
     found = run("--moving", hose, "--parts", tmp_path / "part*.ply", "--clearance", limit,
@@ -140,6 +141,20 @@ def test_every_pair_agrees_with_samples(run, tmp_path, bay, limit, threads):
     uppers = [float(row["upper"]) for row in found.rows]
     assert uppers == sorted(uppers)
     assert found.status == (1 if "no" in [row["kept"] for row in found.rows] else 0)
+
+
+def test_a_limit_above_all_distances_needs_no_search_for_times(run, tmp_path, bay, monkeypatch):
+    """Such as 5 m in place of 5 mm."""
+    from adaptive_bvh._clearance import _motion
+    hose, *_ = bay
+    monkeypatch.setattr(_motion, "intervals_below", None)
+    found = run("--moving", hose, "--parts", tmp_path / "part*.ply", "--clearance", "5m")
+    assert found.status == 1 and [row["below_limit"] for row in found.rows] == ["0-5"] * 3
+    frames, faces = hose_frames()
+    other = write_frames(tmp_path, "other", frames + [0, 3, 3], faces)
+    found = run("--moving", hose, "--moving", other, "--parts", tmp_path / "part2.ply",
+                "--clearance", "5m")
+    assert found.row("other", "hose")["below_limit"] == "0-5"
 
 
 def test_impacts_between_frames_are_found(run, tmp_path):
@@ -320,6 +335,39 @@ def test_the_command_as_a_user_calls_it(tmp_path, bay):
     help_text = subprocess.run([*COMMAND, "--help"], env=ENVIRONMENT, capture_output=True,
                                text=True)
     assert help_text.returncode == 0 and "--clearance LENGTH" in help_text.stdout
+
+
+def test_ctrl_c_while_the_page_is_written_loses_the_page_alone(run, tmp_path, bay, monkeypatch):
+    hose, *_ = bay
+    from adaptive_bvh._clearance import _report
+
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+    monkeypatch.setattr(_report, "write_report", interrupted)
+    found = run("--moving", hose, "--parts", tmp_path / "part2.ply", "--report", tmp_path / "a.html")
+    assert found.status == 130 and "a.html is not written" in found.errors[-1]
+    assert found.out.startswith("KEPT") and len(found.rows) == 1
+
+
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="looks at the page in chromium")
+@pytest.mark.parametrize("size", ["1280,800", "1024,500", "500,844"])
+def test_the_table_stands_below_the_player(run, tmp_path, bay, page, size):
+    hose, *_ = bay
+    run("--moving", hose, "--parts", tmp_path / "part*.ply", "--report", page)
+    page.write_text(page.read_text().replace("</body>", """<script>
+const below = (id) => document.getElementById(id).getBoundingClientRect().bottom;
+const table = document.getElementById("table").getBoundingClientRect();
+const wide = document.documentElement.scrollWidth - innerWidth;
+document.title = `found ${table.top - Math.max(...["stage", "transport", "words", "panel"].map(below))
+  } ${wide}`;
+</script></body>"""))
+    result = subprocess.run(
+        ["chromium", "--headless=new", "--no-sandbox", "--disable-dev-shm-usage",
+         "--use-angle=swiftshader", "--enable-unsafe-swiftshader", f"--window-size={size}",
+         f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom", page.as_uri()],
+        capture_output=True, text=True, timeout=120)
+    gap, wide = re.search("<title>found (.*)</title>", result.stdout).group(1).split()
+    assert float(gap) >= 0 and float(wide) <= 0
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT")

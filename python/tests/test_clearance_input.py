@@ -9,6 +9,7 @@ from sequence_files import Gltf, write_obj, write_pc2, write_ply, write_stl
 from test_clearance import hose_frames, run, write_frames  # noqa: F401
 
 import adaptive_bvh as ab
+from adaptive_bvh._clearance import main
 from adaptive_bvh._clearance._arrays import read_npz
 from adaptive_bvh._clearance._files import Reading
 from adaptive_bvh._clearance._frames import FrameError, SequenceError
@@ -299,7 +300,7 @@ def test_frames_of_other_sizes(run, tmp_path, hose, part):  # noqa: F811
     found = run("--moving", hose, "--parts", part)
     assert found.status == 2 and len(found.errors) == 1
     assert "triangles or vertices change between" in found.errors[0]
-    assert "hose_002.ply" in found.errors[0] and "at 1 more frames" in found.errors[0]
+    assert "hose_002.ply" in found.errors[0] and "in 1 more step," in found.errors[0]
     assert found.row("part")["frames_checked"] == "0-2; 3-4; 5"
 
 
@@ -380,6 +381,20 @@ def test_arrays_that_cannot_be_used(tmp_path, save, sentence):
         read_npz(str(tmp_path / "a.npz"), "a", "mm", "mm", None)
 
 
+def test_arrays_of_another_mesh(tmp_path, run, part):  # noqa: F811
+    """Faces that name vertices of another mesh would give a wrong answer."""
+    frames, faces = hose_frames(3)
+    np.savez(tmp_path / "hose.npz", vertices=frames)
+    write_ply(tmp_path / "other.ply", *ball(2))
+    write_ply(tmp_path / "same.ply", frames[0], faces)
+    found = run("--moving", tmp_path / "hose.npz", tmp_path / "other.ply", "--parts", part)
+    assert found.status == 2 and "name the mesh that it was made of" in found.errors[0]
+    assert run("--moving", tmp_path / "hose.npz", tmp_path / "same.ply", "--parts", part).status == 0
+    (tmp_path / "short.pc2").write_bytes(b"POINTCACHE2\0\1\0")
+    found = run("--moving", tmp_path / "short.pc2", tmp_path / "same.ply", "--parts", part)
+    assert found.status == 2 and "short.pc2 ends within its header" in found.errors[0]
+
+
 def test_damaged_arrays_never_crash(tmp_path):
     frames, faces = hose_frames(2)
     np.savez_compressed(tmp_path / "whole.npz", vertices=frames, faces=faces)
@@ -417,3 +432,35 @@ def test_names_that_are_no_sequence(tmp_path, names, sentence):
             (tmp_path / name).write_bytes(b"")
     with pytest.raises(SequenceError, match=sentence):
         opened(*(tmp_path / name for name in names))
+
+
+# ---- wrong command lines -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("words, sentence", [
+    ([], "no command is given; .* adaptive_bvh clearance --help"),
+    (["clearence"], "'clearence'.*adaptive_bvh clearance --help"),
+    (["clearance"], "no part is given"),
+    (["clearance", "--movin", "a.ply", "--part", "b.ply"], "no option --movin; did you mean --moving"),
+    (["clearance", "--clearence=5mm"], "no option --clearence; did you mean --clearance"),
+    (["clearance", "--rate", "x"], "--rate.*'x'.*adaptive_bvh clearance --help"),
+    (["clearance", "a.ply"], "a.ply belongs to no option"),
+    (["clearance", "--parts", "PART", "--clearance", "5,5mm"], "write a number.*such as 5.5mm"),
+    (["clearance", "--parts", "PART", "--moving", "FOLDER"], "is a folder; name its files.*\\*.ply"),
+    (["clearance", "--study", "none.csv", "--parts", "PART"], "No such file.*after --study|pip install"),
+])
+def test_wrong_words_get_one_sentence(capsys, tmp_path, part, words, sentence):
+    words = [str({"PART": part, "FOLDER": tmp_path}.get(word, word)) for word in words]
+    try:
+        status = main(words)
+    except SystemExit as left:
+        status = left.code
+    said = capsys.readouterr()
+    line, = said.err.splitlines()
+    assert status == 2 and said.out == "" and re.match(f"error: .*({sentence})", line), line
+
+
+def test_no_pair_is_left(run, hose, part):  # noqa: F811
+    found = run("--moving", hose, "--parts", part, "--ignore", "*")
+    assert found.status == 2 and found.out.startswith("NOT CHECKED")
+    assert "no pair is left to check" in found.errors[-1]

@@ -116,6 +116,67 @@ def test_a_motion_that_cannot_be_read(study, dask):
     assert {row["motion"] for row in rows(study)} == set(HEIGHTS) - {"middle"}
 
 
+def test_a_study_says_all_that_single_runs_say(study, dask):
+    vertices, triangles = sheet(1, 9.0)
+    write_ply(study / "floor.ply", 1e-3 * (vertices + [2, 0, -1.2]), triangles)  # in metres
+    found = run(study, "--report", "missing/study.html")
+    assert found.returncode == 1, found.stderr  # they touch: the page that is missing does not hide it
+    assert found.stderr.count("differ in size by a factor of") == len(HEIGHTS)
+    assert "error: missing/study.html cannot be written" in found.stderr
+    assert {row["motion"] for row in rows(study)} == set(HEIGHTS)
+
+
+@pytest.mark.parametrize("words, sentence", [
+    (["--parts", "floor.ply", "--moving", "low.npz"], "--moving stands in the table"),
+    ([], "no part is given"),
+    (["--parts", "floor.ply", "--results", "study.csv"], "study.csv cannot be a folder of results"),
+    (["--parts", "floor.ply", "--scheduler", "nowhere"], "no scheduler answers at nowhere"),
+])
+def test_what_a_study_cannot_do_is_said(study, dask, words, sentence):
+    found = subprocess.run([*COMMAND, "--study", "study.csv", *words], cwd=study, env=ENVIRONMENT,
+                           capture_output=True, text=True, timeout=100)
+    assert found.returncode == 2 and found.stderr.startswith(f"error: {sentence}"), found.stderr
+    assert len(found.stderr.splitlines()) == 1
+
+
+def test_parts_that_cannot_be_read_are_no_lack_of_memory(study, dask):
+    (study / "floor.ply").write_bytes(b"ply")
+    found = run(study)
+    assert found.returncode == 2 and "memory" not in found.stderr
+    assert found.stderr.count("this part is left out, export it again") == len(HEIGHTS)
+
+
+def wait_for(found, seconds=200):
+    begin = time.monotonic()
+    while not found() and time.monotonic() - begin < seconds:
+        time.sleep(0.1)
+    assert found()
+
+
+def test_ctrl_c_keeps_what_is_done(study, dask):
+    """As a terminal sends it: to the processes of Dask, too."""
+    (study / "sitecustomize.py").write_text(
+        "import sys, time\n"
+        "from adaptive_bvh._clearance import _arrays, _opening\n"
+        "def slowly(path, *rest):\n"
+        "    time.sleep(600 if path.endswith('next.npz') else 0)\n"
+        "    return _arrays.read_npz(path, *rest)\n"
+        "_opening.read_npz = slowly\n")
+    environment = {**ENVIRONMENT, "PYTHONPATH": f"{study}{os.pathsep}{ENVIRONMENT['PYTHONPATH']}"}
+    process = subprocess.Popen(
+        command(study), cwd=study, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        text=True, start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
+    wait_for(lambda: len(list((study / "study").glob("*.json"))) == 3)
+    os.killpg(process.pid, signal.SIGINT)
+    out, errors = process.communicate(timeout=100)
+    assert process.returncode == 130, errors
+    assert errors.splitlines() == [errors.splitlines()[0],
+                                   "Ctrl-C: run the same command again to go on"], errors
+    assert [line.split(":")[0] for line in out.splitlines()] == list(HEIGHTS)[:3]
+    assert "1 are not done yet" in (study / "study.html").read_text()
+
+
 @pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="finds processes in /proc")
 def test_a_worker_that_dies_loses_nothing(study, dask):
     """Kills a process of Dask that is at work on a motion: the motion runs again."""

@@ -106,8 +106,7 @@ def type_in_stub(text):
 def agree(generated, written):
     """Whether the stub's type is the generated one, or says more."""
     vague = {"object": "", "tuple": "Tuple", "list": "List", "str": "(str|Literal|_Kind)",
-             "numpy.ndarray": "(npt.NDArray|_)", "dtype": "np.dtype",
-             "numpy.dtype": "np.dtype"}
+             "numpy.ndarray": "(npt.NDArray|_)", "dtype": "np.dtype", "numpy.dtype": "np.dtype"}
     generated = type_in_stub(generated)
     return generated == written or bool(re.match(vague.get(generated, "$"), written))
 

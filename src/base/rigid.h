@@ -7,6 +7,8 @@
 
 #include <fcl/common/types.h>
 
+#include "base/number_text.h"
+
 namespace adaptive_bvh {
 
 /// A rigid transform of points between two frames, y = R x + T, in double precision. Every query
@@ -56,7 +58,7 @@ template <typename S>
 void requireDistance(S distance, const char* name = "distance") {
   if (!(distance >= 0))
     throw std::invalid_argument("adaptive_bvh: " + std::string(name) + " is " +
-                                std::to_string(distance) + "; 0 or a positive length is needed");
+                                textOf(double(distance)) + "; 0 or a positive length is needed");
 }
 
 template <typename S>
@@ -67,7 +69,7 @@ void requireTolerance(S tolerance) {
 inline void requireSeparation(double separation) {
   if (!(separation >= 0) || !std::isfinite(separation))
     throw std::invalid_argument("adaptive_bvh, continuous collision: the separation is " +
-                                std::to_string(separation) + "; 0 or a positive length is needed");
+                                textOf(separation) + "; 0 or a positive length is needed");
 }
 
 }  // namespace adaptive_bvh

@@ -3,11 +3,11 @@
 #include "ccd/clearance_search.h"
 
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 #include <string>
 
 #include "base/leased.h"
+#include "base/number_text.h"
 #include "ccd/clearance_intervals.h"
 #include "ccd/pair_in_time.h"
 #include "query/pair_filter.h"
@@ -16,12 +16,6 @@ namespace adaptive_bvh {
 namespace {
 
 using Vector = fcl::Vector3d;
-
-std::string textOf(double number) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", number);
-  return text;
-}
 
 /// The index of a triangle, given by its leaf index; -1 for a shape.
 int indexOfPart(const MovingBody& body, unsigned part) {

@@ -43,7 +43,7 @@ class MovingBoxes {
   void make(int node);
   bool isCoarse(const WideNode& links) const;
   void makeBelow(int node);
-  void makeLeaf(const WideNode& leaf, MovingNode& boxes);
+  void makeLeaf(const WideNode& leaf, MovingNode& node);
   const Float4* positionsOf(int vertex);
   void assignMesh();
   void assignSolid();

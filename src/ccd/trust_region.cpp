@@ -5,6 +5,7 @@
 #include <limits>
 #include <string>
 
+#include "base/number_text.h"
 #include "base/rigid.h"
 #include "base/rounding.h"
 #include "ccd/near_region.h"
@@ -16,7 +17,7 @@ template <typename S>
 void requireRequest(const TrustRegionRequest<S>& request) {
   requireSeparation(static_cast<double>(request.separation));
   if (!(request.radius > 0) || !std::isfinite(request.radius))
-    refuseMotion("the radius of a trust region is " + std::to_string(request.radius) +
+    refuseMotion("the radius of a trust region is " + textOf(double(request.radius)) +
                  "; a positive length is needed");
   if (!(request.most_held >= 0)) refuseMotion("most_held is negative or not a number");
 }

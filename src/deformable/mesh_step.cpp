@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "base/number_text.h"
 #include "base/stopwatch.h"
 #include "boxes/wide_tree.h"
 #include "hierarchy/bottom_up.h"
@@ -38,7 +39,7 @@ void requireUsable(const Positions& positions, std::size_t count, const IndexOf&
     while (std::abs(x[k]) <= rounding::largestCoordinate<S>()) ++k;
     throw std::invalid_argument("DeformableMesh: coordinate " + std::string(1, "xyz"[k]) +
                                 " of vertex " + std::to_string(indexOf(i)) + " is " +
-                                std::to_string(x[k]) + (std::isfinite(x[k]) ? ", too large" : ""));
+                                textOf(double(x[k])) + (std::isfinite(x[k]) ? ", too large" : ""));
   }
 }
 

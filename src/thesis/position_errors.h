@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "base/number_text.h"
 #include "base/rounding.h"
 
 // The exceptions of AdaptiveBVHModel::update.
@@ -23,7 +24,7 @@ template <typename S>
       const S x = positions[i][k];
       if (usable(x)) continue;
       refuseUpdate("coordinate " + std::string(1, "xyz"[k]) + " of vertex " +
-                   std::to_string(indices ? indices[i] : i) + " is " + std::to_string(x) +
+                   std::to_string(indices ? indices[i] : i) + " is " + textOf(double(x)) +
                    (std::isfinite(x) ? ", too large" : "") +
                    "; the model stays on its last positions");
     }

@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "base/number_text.h"
+
 namespace adaptive_bvh {
 
 RefitPolicy RefitPolicy::thesis(FitnessCriterion criterion) {
@@ -41,8 +43,7 @@ void RefitPolicy::check() const {
   const auto require = [](double value, const char* name) {
     if (!std::isfinite(value) || value < 0)
       throw std::invalid_argument(std::string("RefitPolicy::") + name +
-                                  " must be finite and not negative, but is " +
-                                  std::to_string(value));
+                                  " must be finite and not negative, but is " + textOf(value));
   };
   require(max_inflation, "max_inflation");
   require(child_distance_ratio, "child_distance_ratio");

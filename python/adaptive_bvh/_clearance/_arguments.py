@@ -1,7 +1,10 @@
 """The command line of `adaptive_bvh clearance`."""
 
 import argparse
+import difflib
 import os
+import re
+from typing import List
 
 from .. import __version__
 from ._lengths import METRES
@@ -20,6 +23,29 @@ example:
 """
 
 
+class _Parser(argparse.ArgumentParser):
+    """Wrong options are answered by one sentence, without the list of all options."""
+
+    known: List[str] = []  # the options of the commands
+
+    def __init__(self, **given):
+        super().__init__(allow_abbrev=False, **given)
+
+    def parse_args(self, args=None, namespace=None):
+        given, unknown = self.parse_known_args(args, namespace)
+        options = [word.partition("=")[0] for word in unknown if word.startswith("-")]
+        if options:
+            near = difflib.get_close_matches(options[0], self.known, 1)
+            self.error(f"there is no option {options[0]}" +
+                       (f"; did you mean {near[0]}?" if near else ""))
+        if unknown:
+            self.error(f"{unknown[0]} belongs to no option; name files after --moving or --parts")
+        return given
+
+    def error(self, message):
+        self.exit(2, f"error: {message} (all options: adaptive_bvh clearance --help)\n")
+
+
 class _Length(argparse.Action):
     """A length, also with a space before its unit."""
 
@@ -28,10 +54,10 @@ class _Length(argparse.Action):
 
 
 def parser() -> argparse.ArgumentParser:
-    top = argparse.ArgumentParser(prog="adaptive_bvh",
-                                  description="Exact distances of moving triangle meshes.")
+    top = _Parser(prog="adaptive_bvh", description="Exact distances of moving triangle meshes.",
+                  epilog="all options: adaptive_bvh clearance --help")
     top.add_argument("--version", action="version", version=f"adaptive_bvh {__version__}")
-    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    commands = top.add_subparsers(dest="command", metavar="COMMAND")
     tool = commands.add_parser(
         "clearance", help="the least clearance of moving bodies over their motion",
         description="Does a hose or a cable keep its clearance to the parts around it while it "
@@ -69,4 +95,5 @@ def parser() -> argparse.ArgumentParser:
         help="where a study keeps the result of each motion; default: FILE without .csv")
     add("--scheduler", metavar="ADDRESS",
         help="Dask's scheduler for a study, such as tcp://host:8786; default: local processes")
+    top.known = re.findall(r"--[\w-]+", tool.format_usage())
     return top

@@ -7,6 +7,7 @@ from typing import Dict, List, Optional, Tuple
 import numpy as np
 import numpy.typing as npt
 
+from .. import Mesh
 from ._frames import Frame, FrameError, Ints, Sequence, SequenceError, Shape, checked
 from ._lengths import factor
 
@@ -48,8 +49,10 @@ def checked_triangles(triangles: npt.NDArray, vertices: int, path: str) -> Ints:
     if triangles.dtype.kind not in "iu":
         raise SequenceError(f"the faces in {path} are of {triangles.dtype}; integers are needed")
     if triangles.min() < 0 or triangles.max() >= vertices:
-        raise SequenceError(f"a face in {path} names vertex {triangles.max()} of {vertices} "
-                            f"(counted from 0); export vertices and faces of the same mesh")
+        worst = triangles.min() if triangles.min() < 0 else triangles.max()
+        raise SequenceError(f"a face in {path} names vertex {worst} of {vertices} "
+                            f"(counted from 0); export vertices and faces of the same mesh, the "
+                            f"vertices as (frames, vertices, 3)")
     return triangles.astype(np.int64)
 
 
@@ -85,8 +88,9 @@ def _pick(arrays: Dict[str, npt.NDArray], names: Tuple[str, ...], dimensions: in
 
 
 def read_npz(path: str, name: str, unit: str, file_unit: str,
-             mesh_triangles: Optional[Ints]) -> ArraySequence:
-    """SequenceError when it is no such file, or has no faces and none are given."""
+             mesh: Optional[Mesh]) -> ArraySequence:
+    """With the faces of a mesh, or of its own. SequenceError when it is no such file, or does not
+    fit the mesh."""
     try:
         arrays = _arrays_in(path)
     except (OSError, ValueError, EOFError, MemoryError, zipfile.BadZipFile, struct.error,
@@ -99,14 +103,20 @@ def read_npz(path: str, name: str, unit: str, file_unit: str,
                             f"numpy.savez('{name}.npz', vertices=..., faces=...)")
     positions = arrays.pop(key)
     if not positions.size:
-        raise SequenceError(f"{path} has no positions: {key} has the shape {positions.shape}")
-    if mesh_triangles is None:
+        raise SequenceError(f"{path} has no positions: {key} has the shape {positions.shape}; "
+                            f"export its frames again")
+    if mesh is None:
         faces = _pick(arrays, _FACES, 2)
         if faces is None:
             raise SequenceError(f"{path} has no array 'faces' of the shape (triangles, 3); add it, "
                                 f"or name a mesh file beside it: --moving {path} mesh.obj")
-        mesh_triangles = arrays[faces]
-    triangles = checked_triangles(mesh_triangles, positions.shape[1], path)
+        given = arrays[faces]
+    else:
+        given = mesh.faces
+        if positions.shape[1] != len(mesh.vertices):
+            raise SequenceError(f"{path} has {positions.shape[1]} vertices in a frame, its mesh "
+                                f"{len(mesh.vertices)}; name the mesh that it was made of")
+    triangles = checked_triangles(given, positions.shape[1], path)
     numbers = [float(frame) for frame in range(len(positions))]
     return ArraySequence(name, numbers, positions, triangles, factor(file_unit, unit))
 
@@ -119,8 +129,10 @@ def read_pc2(path: str, name: str, unit: str, file_unit: str, vertices: int,
         with open(path, "rb") as file:
             data = file.read()
         magic, _, count, start, rate, frames = header.unpack_from(data)
-    except (OSError, struct.error) as error:
-        raise SequenceError(f"{path} cannot be read as .pc2: {error}") from None
+    except OSError as error:
+        raise SequenceError(f"{path} cannot be read: {error.strerror}") from None
+    except struct.error:
+        raise SequenceError(f"{path} ends within its header; export it again") from None
     if not magic.startswith(b"POINTCACHE2") or count <= 0 or frames <= 0:
         raise SequenceError(f"{path} is no point cache (.pc2) with frames; export it again")
     if count != vertices:

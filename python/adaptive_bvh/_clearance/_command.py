@@ -3,7 +3,7 @@
 import argparse
 import os
 import sys
-from typing import Dict, List, Optional, Sequence as Many
+from typing import Callable, Dict, List, Optional, Sequence as Many
 
 from ._arguments import parser
 from ._frames import Sequence, SequenceError
@@ -35,9 +35,9 @@ def run(arguments: argparse.Namespace) -> int:
         say(f"warning: {warning}")
     for problem in outcome.all_problems:
         say(f"error: {problem}")
-    status = max(outcome.status, _write(arguments, outcome, sequences, parts, numberings))
     _print([headline(outcome), text_table(outcome, numberings), *_checked(outcome, numberings)])
-    return status
+    files = _write(arguments, outcome, sequences, parts, numberings)
+    return outcome.status or files
 
 
 def _checked(outcome: Outcome, numberings: Dict[str, Numbering]) -> List[str]:
@@ -59,26 +59,35 @@ def _write(arguments: argparse.Namespace, outcome: Outcome, sequences: List[Sequ
     """The files that are wanted. Returns a status: 2 when one cannot be written."""
     status = 0
     if arguments.csv:
-        try:
-            write_whole(arguments.csv, csv_text(outcome, numberings))
-        except OSError as error:
-            say(f"error: {arguments.csv} cannot be written ({error.strerror}); name another file")
-            status = WRONG_INPUT
+        status = max(status, written(arguments.csv, lambda: write_whole(
+            arguments.csv, csv_text(outcome, numberings))))
     if arguments.report:
         from ._report import write_report
-        try:
-            write_report(arguments.report, outcome, sequences, parts, numberings,
-                         up=arguments.up or "z")
-        except (OSError, RuntimeError) as error:
-            reason = error.strerror if isinstance(error, OSError) else error
-            say(f"error: {arguments.report} cannot be written ({reason}); name another file")
-            status = WRONG_INPUT
+        status = max(status, written(arguments.report, lambda: write_report(
+            arguments.report, outcome, sequences, parts, numberings, up=arguments.up or "z")))
     return status
+
+
+def written(path: str, write: Callable[[], None]) -> int:
+    """Writes a file. Returns a status: 2 when it cannot be, 130 when Ctrl-C ended that."""
+    try:
+        write()
+        return 0
+    except (OSError, RuntimeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        say(f"error: {path} cannot be written ({reason}); name another file")
+        return WRONG_INPUT
+    except KeyboardInterrupt:
+        say(f"\nCtrl-C: {path} is not written")
+        return INTERRUPTED
 
 
 def main(arguments: Optional[Many[str]] = None) -> int:
     """Runs the command. Returns the exit status: 0 kept, 1 not kept, 2 wrong input, 130 Ctrl-C."""
     given = parser().parse_args(arguments)
+    if given.command is None:
+        say("error: no command is given; how to check a clearance: adaptive_bvh clearance --help")
+        return WRONG_INPUT
     try:
         if given.study:
             from ._study import run_study

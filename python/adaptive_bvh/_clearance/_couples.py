@@ -104,15 +104,18 @@ class Couple:
               frame: int) -> float:
         """Adds a step to the result. Returns a lower bound of the distance at its end."""
         way = _way(a) + _way(b)
-        after, floor = before - way, before - way
+        after, floor, is_below = before - way, before - way, False
         if floor < self._settings.wanted(pair.upper):
             after = place.see(pair, frame + 1, a.after, b.after)
             floor = max(floor, after - way, (before + after - way) / 2)
-        if floor < self._settings.wanted(pair.upper):
+            is_below = after + 2 * place.slack + way < self._settings.limit  # during all of the step
+            if is_below:
+                pair.below = joined(pair.below + [(float(frame), float(frame + 1))])
+        if floor < self._settings.wanted(pair.upper, is_below):
             first, second = place.meshes
             floor = follow(pair, Motion(first, a.before, a.after),
                            Motion(second, b.before, b.after), frame, self._settings, pair.upper,
-                           place.slack)
+                           place.slack, is_below=is_below)
         pair.lower = min(pair.lower, max(floor, 0.0))
         return after
 

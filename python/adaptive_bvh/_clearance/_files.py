@@ -106,7 +106,8 @@ class NumberedFiles(Sequence):
             self._shapes = [Shape(mesh.vertices, mesh.faces)]
             self._layout = layout_of(path, mesh.vertices, self._reading.scale(path))
             return
-        raise SequenceError(f"no file of {self.name} can be read: {first_error}")
+        raise SequenceError(f"no file of {self.name} can be read: {first_error}; export "
+                            f"them again, as PLY, OBJ or STL")
 
     @property
     def num_vertices(self) -> int:

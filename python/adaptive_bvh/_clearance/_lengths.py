@@ -24,7 +24,7 @@ def length_from(text: str, unit: str) -> float:
     """The length in `unit`. A number without a unit is in `unit` already."""
     match = _LENGTH.match(text)
     if match is None:
-        raise LengthError(f"'{text}' is no length; write a number and a unit, such as 5mm")
+        raise LengthError(f"'{text}' is no length; write a number and a unit, such as 5.5mm")
     number, name = float(match.group(1)), match.group(2)
     if not math.isfinite(number) or number < 0:
         raise LengthError(f"'{text}' is no length; write a number that is not negative")

@@ -27,30 +27,32 @@ def _below(motion: Motion, other: Other, limit: float, tolerance: float) -> Floa
 
 
 def _decided(motion: Motion, other: Other, settings: Settings, seen: float,
-             slack: float) -> MotionClearance:
+             slack: float, is_below: bool) -> MotionClearance:
     """The least distance, if it is below what is wanted, and whether it is below the limit."""
     finest = 100 * slack  # a smaller tolerance is refused
     usual = max(settings.tolerance, finest)
     tolerance = max(settings.tolerance_at(seen) / 2, usual / 2, finest)
-    wanted = max(settings.wanted(seen), usual)  # bodies are always at least 0 apart
+    wanted = max(settings.wanted(seen, is_below), usual)  # bodies are always at least 0 apart
     closest = least_distance(motion, other, tolerance, wanted)
-    if closest.lower < settings.limit <= closest.upper:  # a tolerance too large to decide
+    if not is_below and closest.lower < settings.limit <= closest.upper:  # a tolerance too large to decide
         closest = least_distance(motion, other, max(usual / 100, finest), wanted)
     return closest
 
 
 def follow(pair: PairResult, motion: Motion, other: Other, frame: int, settings: Settings,
            seen: float, slack: float,
-           number: Callable[[int], int] = lambda triangle: triangle) -> float:
+           number: Callable[[int], int] = lambda triangle: triangle,
+           is_below: bool = False) -> float:
     """Adds what happens in the step after a frame to the result of a pair. Returns a lower bound of
     the distance in this step, as near to it as is wanted, if `seen` is known already. `number`: of
-    a triangle of the moving mesh, in the body."""
-    closest = _decided(motion, other, settings, seen, slack)
+    a triangle of the moving mesh, in the body. `is_below`: the result has that the pair is below the
+    limit at all times of the step."""
+    closest = _decided(motion, other, settings, seen, slack, is_below)
     if closest.upper < pair.upper:
         triangles = np.array(closest.triangles, np.int64)
         triangles[0] = number(triangles[0])
         pair.see(Nearest(closest.upper, frame + closest.time, closest.points, triangles))
-    if closest.lower < settings.limit or closest.upper == 0:
+    if not is_below and (closest.lower < settings.limit or closest.upper == 0):
         usual = max(settings.tolerance, 100 * slack)
         pair.below = joined(pair.below + [
             (frame + float(begin), frame + float(end))

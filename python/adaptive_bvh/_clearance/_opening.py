@@ -2,6 +2,7 @@
 
 import glob
 import os
+from collections import Counter
 from typing import List, NamedTuple, Optional, Sequence as Many
 
 from .. import DeformableMesh, MeshLoadError
@@ -33,13 +34,19 @@ def expanded(names: Many[str]) -> List[str]:
     for name in names:
         if os.path.isdir(name):
             raise SequenceError(f"{name} is a folder; name its files, such as "
-                                f"{os.path.join(name, '*.stl')}")
+                                f"{os.path.join(name, '*' + _usual_suffix(name))}")
         found = [name] if os.path.exists(name) else sorted(glob.glob(name, recursive=True))
         if not found:
             what = "no file fits the pattern" if glob.has_magic(name) else "there is no file"
             raise SequenceError(f"{what} {name}; check the folder and the name")
         paths.extend(path for path in found if path not in paths)
     return paths
+
+
+def _usual_suffix(folder: str) -> str:
+    """That of most files in a folder."""
+    suffixes = (os.path.splitext(path)[1] for path in glob.glob(os.path.join(glob.escape(folder), "*")))
+    return max(Counter(filter(None, suffixes)).items(), key=lambda of: of[1], default=(".stl", 0))[0]
 
 
 def _suffix(path: str) -> str:
@@ -77,8 +84,7 @@ def _open_cache(paths: List[str], caches: List[str], reading: Reading) -> Sequen
         except (MeshLoadError, OSError) as error:
             raise SequenceError(str(error)) from None
     if _suffix(cache) == ".npz":
-        return read_npz(cache, _stem(cache), reading.unit, reading.file_unit,
-                        mesh.faces if mesh is not None else None)
+        return read_npz(cache, _stem(cache), reading.unit, reading.file_unit, mesh)
     if mesh is None:
         raise SequenceError(f"{cache} holds positions only; name its mesh beside it: "
                             f"--moving {cache} mesh.obj")

@@ -42,8 +42,9 @@ _STYLE = """<style>
 #table tr[tabindex]:hover td, #table tr.shown td { color: var(--accent); }
 #caption { display: none; }
 #table .no { color: var(--contact); font-weight: 600; }
-@media (min-width: 821px) {
-  main { grid-template-rows: minmax(340px, calc(100vh - 330px)) auto 1fr; }
+@media (min-width: 821px) and (min-height: 560px) {  /* the table begins below the player */
+  body { height: auto; }
+  main { flex: none; height: calc(100vh - 190px); min-height: 480px; }
 }
 @media (max-width: 820px) { #answer, #table { padding-left: 12px; padding-right: 12px; } }
 </style>

@@ -50,7 +50,7 @@ class Outcome:
             return VIOLATED
         if self.interrupted:
             return INTERRUPTED
-        if self.all_problems or not self.bodies:
+        if self.all_problems or not self.pairs:
             return WRONG_INPUT
         return KEPT if all(pair.is_kept(self.limit) for pair in self.pairs) else VIOLATED
 
@@ -136,6 +136,8 @@ def check(sequences: Many[Sequence], parts: Many[Part], settings: Settings, outc
         outcome.bodies.append(body)
         outcome.warnings.extend(overlaps(body.name, body.pairs, at_start=True))
     outcome.interrupted = outcome.interrupted or stop.is_set()
+    if sequences and not outcome.pairs:
+        outcome.problems.append("no pair is left to check; --ignore leaves all of them out")
     outcome.warnings.extend(_unusual(sequences, parts, ignored))
     _compare_sizes(sequences, parts, searches, outcome)
 

@@ -138,11 +138,13 @@ class Search:
         if frames:
             said.append(self._errors[frames[0]])
         if len(frames) > 1:
-            said.append(f"{name}: {len(frames) - 1} more frames could not be used, the last of "
-                        f"them {label(frames[-1])}; export them again")
+            what = (f"{len(frames) - 1} more frames could not be used, the last of them"
+                    if len(frames) > 2 else "one more frame could not be used,")
+            said.append(f"{name}: {what} {label(frames[-1])}; export all of them again")
         changes = sorted(set(self._changes))
         if changes:
-            more = f", and at {len(changes) - 1} more frames" if len(changes) > 1 else ""
+            others = len(changes) - 1
+            more = f", and in {others} more step{'s' * (others > 1)}" if others else ""
             said.append(f"{name}: triangles or vertices change between {label(changes[0])} and "
                         f"{label(changes[0] + 1)}{more}, so the motion between them is unknown; "
                         f"export all frames with the same mesh")
@@ -258,6 +260,18 @@ class Search:
         for pair, least in zip(pairs, lower):
             pair.lower = min(pair.lower, max(float(least), 0.0))
 
+    def _wholly_below(self, pairs: List[PairResult], parts: Ints, upper: Floats,
+                      frame: int) -> List[bool]:
+        """The parts that are below the limit during a step, by upper bounds of the distances of
+        their chunks. Adds this to their pairs: a search for the times would be long where the
+        limit is far above all distances."""
+        least = np.full(len(pairs), np.inf)
+        np.minimum.at(least, parts, upper)
+        below = least < self._settings.limit
+        for p in np.flatnonzero(below).tolist():
+            pairs[p].below = joined(pairs[p].below + [(float(frame), float(frame + 1))])
+        return below.tolist()
+
     def _step(self, result: BodyResult, body: Body, vertices: Floats, reach: _Reach,
               away: Floats, frame: int) -> None:
         """One step. `away`: of each chunk from the first frame, at the start and the end of it."""
@@ -270,22 +284,24 @@ class Search:
         near = np.flatnonzero(floor < self._settings.all_wanted(seen)[reach.parts])
         ends = [self._see(pairs[p], body, p, chunk, frame + 1) - slack
                 for p, chunk in zip(reach.parts[near].tolist(), reach.chunks[near].tolist())]
+        near_end, upper_end = near, np.array(ends) + 2 * slack + way[near]  # of the whole step
         after[near] = ends
         floor[near] = np.maximum(floor[near], np.maximum(
             after[near] - way[near], (before[near] + after[near] - way[near]) / 2))
         seen = np.minimum(seen, [pair.upper for pair in pairs])
         near = near[floor[near] < self._settings.all_wanted(seen)[reach.parts[near]]]
+        below = self._wholly_below(pairs, reach.parts[near_end], upper_end, frame)
         motions: Dict[int, Motion] = {}
         for i in near[np.argsort(floor[near], kind="stable")].tolist():
             p, chunk = int(reach.parts[i]), int(reach.chunks[i])
             known = min(float(seen[p]), pairs[p].upper)
-            if floor[i] >= self._settings.wanted(known):
+            if floor[i] >= self._settings.wanted(known, below[p]):
                 continue
             if chunk not in motions:
                 rows = body.chunks.vertices[chunk]
                 motions[chunk] = Motion(body.mesh(chunk), start[rows], vertices[rows])
             floor[i] = follow(pairs[p], motions[chunk], self.parts[p].mesh, frame, self._settings,
-                              known, slack, partial(body.triangle, chunk))
+                              known, slack, partial(body.triangle, chunk), below[p])
         reach.now = after
         lower = np.full(len(pairs), np.inf)
         np.minimum.at(lower, reach.parts, floor)

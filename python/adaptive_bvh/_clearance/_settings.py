@@ -16,9 +16,14 @@ class Settings(NamedTuple):
         """Between the bounds of a least distance that is about what was seen."""
         return max(self.tolerance, self.far * (seen - 2 * self.limit))
 
-    def wanted(self, seen: float) -> float:
-        """The lower bound with which a pair needs no more work, by the distance that was seen."""
-        return max(self.limit, seen - self.tolerance_at(seen)) if seen < np.inf else seen
+    def wanted(self, seen: float, is_below: bool = False) -> float:
+        """The lower bound with which a pair needs no more work, by the distance that was seen.
+        `is_below`: that the pair is below the limit is known."""
+        if seen == np.inf:
+            return seen
+        if is_below:  # as near as a search for the times would come
+            return seen - self.tolerance_at(seen) / 2
+        return max(self.limit, seen - self.tolerance_at(seen))
 
     def all_wanted(self, seen: Floats) -> Floats:
         """The same for many pairs."""

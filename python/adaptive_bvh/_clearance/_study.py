@@ -12,12 +12,13 @@ import hashlib
 import json
 import os
 import re
-import sys
+import signal
 import time
+from multiprocessing import resource_tracker
 from typing import Any, Dict, List, NamedTuple, Tuple
 
 from .. import __version__
-from ._command import say
+from ._command import say, written
 from ._frames import SequenceError
 from ._inputs import InputError, Inputs
 from ._opening import Part, expanded
@@ -41,7 +42,9 @@ def read_study(path: str) -> List[Motion]:
         with open(path, encoding="utf-8-sig", newline="") as file:
             text = file.read()
     except (OSError, UnicodeDecodeError) as error:
-        raise SequenceError(f"{path} cannot be read: {error}") from None
+        reason = error.strerror if isinstance(error, OSError) else "it is not in UTF-8"
+        raise SequenceError(f"{path} cannot be read ({reason}); name the table of the motions, "
+                            f"a CSV file, after --study") from None
     lines = text.splitlines()
     rows = csv.DictReader(lines, delimiter=";" if lines and ";" in lines[0] else ",")
     columns = rows.fieldnames or []
@@ -151,13 +154,17 @@ def _import_distributed():
 
 
 def _client(arguments: argparse.Namespace):
+    """Dask's client, and the cluster if it is one of local processes. Ctrl-C is blocked then."""
     distributed = _import_distributed()
     if arguments.scheduler:
         try:
             return distributed.Client(arguments.scheduler, timeout="20s"), None
-        except OSError as error:
+        except (OSError, ValueError) as error:
             raise InputError(f"no scheduler answers at {arguments.scheduler} ({error}); start one "
                              f"with: dask scheduler") from None
+    # A terminal sends Ctrl-C to all processes. Those of Dask inherit that it is blocked here.
+    resource_tracker.ensure_running()  # unblocks it when it starts, so start it before
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     cluster = distributed.LocalCluster(n_workers=arguments.threads, threads_per_worker=1,
                                        processes=True, dashboard_address=None, silence_logs=50)
     return distributed.Client(cluster), cluster
@@ -170,6 +177,7 @@ def _compute(arguments: argparse.Namespace, given: Dict[str, Any], wanted: List[
     from distributed import as_completed  # type: ignore[import]
     progress = Progress("motions", len(wanted))
     try:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         parts = client.submit(open_parts, given, key=f"parts-{time.time_ns()}")
         futures = {client.submit(run_motion, given, motion, parts, pure=False): motion
                    for motion in wanted}
@@ -179,8 +187,9 @@ def _compute(arguments: argparse.Namespace, given: Dict[str, Any], wanted: List[
             if error is None:
                 keep(motion, future.result())
             else:
-                text = (f"{motion.name}: its process ended each time that it was tried; it may need "
-                        f"more memory than there is ({type(error).__name__}: {error})")
+                text = str(error) if isinstance(error, (InputError, SequenceError)) else (
+                    f"its process ended each time that it was tried; it may need more memory than "
+                    f"there is ({type(error).__name__}: {error})")
                 done[motion.name] = {"status": WRONG_INPUT, "headline": text, "rows": [],
                                      "problems": [text]}
             future.release()
@@ -198,13 +207,21 @@ def _compute(arguments: argparse.Namespace, given: Dict[str, Any], wanted: List[
 def run_study(arguments: argparse.Namespace) -> int:
     """Runs what is missing of a study, and writes page and table. Returns the exit status."""
     from ._study_page import study_page
+    if arguments.moving:
+        raise InputError("--moving stands in the table of --study; leave it out")
+    if not arguments.parts:
+        raise InputError("no part is given; name the files of the parts after --parts")
     motions = read_study(arguments.study)
     _import_distributed()
     given = {key: value for key, value in vars(arguments).items() if key != "moving"}
     given["parts"] = [os.path.abspath(path) for path in expanded(arguments.parts)]
     Inputs(argparse.Namespace(**given), motions[0].moving)  # checks the options
     folder = arguments.results or os.path.splitext(arguments.study)[0]
-    os.makedirs(folder, exist_ok=True)
+    try:
+        os.makedirs(folder, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder} cannot be a folder of results ({error.strerror}); name another "
+                         f"one: --results FOLDER") from None
     parts = _state_of(given["parts"])
     prints = {motion.name: _fingerprint(given, motion, parts) for motion in motions}
     done: Dict[str, Dict[str, Any]] = {}
@@ -226,20 +243,24 @@ def run_study(arguments: argparse.Namespace) -> int:
     if wanted:
         say(f"{len(done)} of {len(motions)} motions are done, {time.perf_counter() - begin:.1f} s")
     for motion in motions:
-        for problem in done.get(motion.name, {}).get("problems", []):
-            say(f"error: {motion.name}: {problem}")
+        result = done.get(motion.name, {})
+        for kind, texts in (("warning", "warnings"), ("error", "problems")):
+            for text in result.get(texts, []):
+                say(f"{kind}: {motion.name}: {text}")
     for motion in motions:
         if motion.name in done:
             print(f"{motion.name}: {done[motion.name]['headline']}")
+    statuses = {result["status"] for result in done.values()}
     if arguments.report:
-        write_whole(arguments.report, study_page(arguments.study, motions, done))
+        statuses.add(written(arguments.report, lambda: write_whole(
+            arguments.report, study_page(arguments.study, motions, done))))
     if arguments.csv:
-        write_whole(arguments.csv, _study_csv(motions, done))
+        statuses.add(written(arguments.csv, lambda: write_whole(
+            arguments.csv, _study_csv(motions, done))))
     if interrupted:
         say("Ctrl-C: run the same command again to go on")
         return INTERRUPTED
-    statuses = {result["status"] for result in done.values()}
-    return next((s for s in (VIOLATED, WRONG_INPUT) if s in statuses), KEPT)
+    return next((s for s in (VIOLATED, WRONG_INPUT, INTERRUPTED) if s in statuses), KEPT)
 
 
 def _study_csv(motions: List[Motion], done: Dict[str, Dict[str, Any]]) -> str:

@@ -56,7 +56,9 @@ def headline(outcome: Outcome) -> str:
         below = f"come below {limit}" if outcome.limit > 0 else "touch"
         return (f"NOT KEPT: {what} {below}; the least is {text_of(least.upper, outcome.unit)}, of "
                 f"{least.moving} to {least.part}.")
-    if outcome.all_problems or outcome.interrupted or not outcome.pairs:
+    if not any(pair.nearest is not None for pair in outcome.pairs):
+        return "NOT CHECKED: nothing could be checked."
+    if outcome.all_problems or outcome.interrupted:
         return f"NOT COMPLETE: {limit} is kept where the motion could be checked."
     if unproven:
         return f"NOT PROVEN: {limit} is kept to rounding only."
