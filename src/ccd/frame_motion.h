@@ -9,7 +9,13 @@ struct FrameAt {
   fcl::Matrix3d linear;
   fcl::Vector3d translation;
 
-  fcl::Vector3d operator()(const fcl::Vector3d& x) const { return linear * x + translation; }
+  /// By components, because Eigen's product is a call for each point.
+  fcl::Vector3d operator()(const fcl::Vector3d& x) const {
+    const auto component = [&](int k) -> double {
+      return linear(k, 0) * x[0] + linear(k, 1) * x[1] + linear(k, 2) * x[2] + translation[k];
+    };
+    return {component(0), component(1), component(2)};
+  }
 };
 
 /// A transform whose matrix is a rotation up to rounding, nearly that of `tf`.
