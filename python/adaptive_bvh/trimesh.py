@@ -23,7 +23,19 @@ _EXTERNAL = "__external"  # trimesh's name for the mesh of a call
 _OURS, _OTHERS = 1, 2  # groups of bodies
 
 
-class ContactData:
+class _Named:
+    """Two objects by their names, and the face of each."""
+
+    def __init__(self, names, triangles):
+        self.names = set(names)
+        self._triangles = dict(zip(names, triangles))
+
+    def index(self, name):
+        """The face of the object with this name; -1 for a convex body."""
+        return self._triangles[name]
+
+
+class ContactData(_Named):
     """One contact: names (a set of two), normal, point, depth, and the face of each object.
 
     The normal points from the object that was added first to the other; in in_collision_single and
@@ -31,16 +43,11 @@ class ContactData:
     """
 
     def __init__(self, names, triangles, normal, point, depth):
-        self.names = set(names)
-        self._triangles = dict(zip(names, triangles))
+        super().__init__(names, triangles)
         self.normal, self.point, self.depth = normal, point, depth
 
-    def index(self, name):
-        """The face of the object with this name; -1 for a convex body."""
-        return self._triangles[name]
 
-
-class DistanceData:
+class DistanceData(_Named):
     """The distance of two objects, and its nearest points and faces.
 
     Of convex bodies that overlap, the distance is minus the depth: the points are that far apart, and
@@ -48,14 +55,9 @@ class DistanceData:
     """
 
     def __init__(self, names, triangles, points, distance):
-        self.names = set(names)
-        self._triangles = dict(zip(names, triangles))
+        super().__init__(names, triangles)
         self._points = dict(zip(names, points))
         self.distance = distance
-
-    def index(self, name):
-        """The face of the object with this name; -1 for a convex body."""
-        return self._triangles[name]
 
     def point(self, name):
         """The nearest point, (3,), on the object with this name."""

@@ -41,13 +41,18 @@ def manager_of(kind, faces, positions):
     return manager
 
 
+def managers_of_crowd():
+    """Ours and theirs, with the crowd's faces and positions."""
+    faces, positions = crowd()
+    kinds = adaptive_bvh.trimesh.CollisionManager, trimesh.collision.CollisionManager
+    return *(manager_of(kind, faces, positions) for kind in kinds), faces, positions
+
+
 def deforming(ask):
     """Vertices move: trimesh's manager gets the object anew."""
 
     def make():
-        faces, positions = crowd()
-        ours = manager_of(adaptive_bvh.trimesh.CollisionManager, faces, positions)
-        theirs = manager_of(trimesh.collision.CollisionManager, faces, positions)
+        ours, theirs, faces, positions = managers_of_crowd()
 
         def step_ours(step):
             for i, x in enumerate(positions(step)):
@@ -69,9 +74,7 @@ def rigid(ask):
     """Poses move."""
 
     def make():
-        faces, positions = crowd()
-        ours = manager_of(adaptive_bvh.trimesh.CollisionManager, faces, positions)
-        theirs = manager_of(trimesh.collision.CollisionManager, faces, positions)
+        ours, theirs, faces, positions = managers_of_crowd()
 
         def stepping(manager):
             def step(number):

@@ -44,7 +44,7 @@ def expanded(names: Many[str]) -> List[str]:
 
 
 def _usual_suffix(folder: str) -> str:
-    """That of most files in a folder."""
+    """The most frequent suffix in a folder; .stl for none."""
     suffixes = (os.path.splitext(path)[1] for path in glob.glob(os.path.join(glob.escape(folder), "*")))
     return max(Counter(filter(None, suffixes)).items(), key=lambda of: of[1], default=(".stl", 0))[0]
 
