@@ -10,11 +10,6 @@ using fcl::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Half the sides of the axis-aligned box around a rotated box, given half the sides of that.
-Vector3d rotatedHalf(const fcl::Matrix3d& rotation, const Vector3d& half) {
-  return rotation.cwiseAbs() * half;
-}
-
 /// The box in the world around the up to 16 boxes of the tree's second level, each rotated.
 WorldBox boxOfMesh(const MeshState& mesh, const fcl::Transform3d& tf) {
   const BodyCoordinates& coordinates = mesh.tree.coordinates();

@@ -22,6 +22,11 @@ inline double gapOf(const WorldBox& a, const WorldBox& b) {
   return gap.norm() * (1 - 1e-14);
 }
 
+/// Half the sides of the axis-aligned box around a rotated box, given half the sides of that.
+inline fcl::Vector3d rotatedHalf(const fcl::Matrix3d& rotation, const fcl::Vector3d& half) {
+  return rotation.cwiseAbs() * half;
+}
+
 /// Refers to the caller's mesh, shape or octree; reads either number type in double precision.
 class BodyGeometry {
  public:

@@ -78,7 +78,7 @@ WorldBox sweptBox(const Body& body, FramePath path) {
   // At the start, vertices are near their present positions.
   const fcl::AABBd& local = body.mesh().bounds.aabb_local;
   const fcl::Vector3d middle = body.start_tf * fcl::Vector3d(local.center()),
-                      half = body.start_tf.linear().cwiseAbs() * (local.max_ - local.min_) / 2;
+                      half = rotatedHalf(body.start_tf.linear(), (local.max_ - local.min_) / 2);
   const double margin = moving.deviation(0) + 2 * moving.error();
   return aroundBoth(body.box, {(middle - half).array() - margin, (middle + half).array() + margin});
 }
