@@ -37,7 +37,7 @@ list(JOIN pc_definitions "" pc_definitions)
 configure_file(cmake/adaptive_bvh.pc.in ${PROJECT_BINARY_DIR}/adaptive_bvh.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/adaptive_bvh.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 # A component has a file of its own, adaptive_bvh_<component>.pc. A static library names what it uses.
-set(pc_libs_mesh_io " -lassimp")
+set(pc_libs_mesh_io " -lassimp -lz")
 set(pc_libs_tuning " -lpagmo -lboost_serialization -ltbb")
 set(pc_requires_tuning " adaptive_bvh_policy_json")
 foreach(component mesh_io policy_json recording tuning)

@@ -7,7 +7,7 @@ root=$(cd "$(dirname "$0")/.." && pwd)
 build=${BUILD_DIR:-$root/build/release}
 
 "$root/cmake/install_dependencies.sh" g++ make cmake libfcl-dev libccd-dev libeigen3-dev \
-  libassimp-dev nlohmann-json3-dev libcli11-dev libtbb-dev libjs-three
+  libassimp-dev nlohmann-json3-dev libcli11-dev libtbb-dev libjs-three zlib1g-dev
 # A new build folder: without the tests, which would ask for GoogleTest, and a unity build, which
 # takes half of the time.
 [ -f "$build/CMakeCache.txt" ] || first="-DADAPTIVE_BVH_TESTS=OFF -DCMAKE_UNITY_BUILD=ON"

@@ -13,7 +13,8 @@ build=${BUILD_DIR:-$root/build/release}
 
 "$root/cmake/install_dependencies.sh" g++ make cmake libfcl-dev libccd-dev libeigen3-dev \
   libassimp-dev libcli11-dev libgtest-dev libpagmo-dev nlohmann-json3-dev libbenchmark-dev \
-  libtbb-dev libjs-three pybind11-dev python3-dev python3-numpy python3-pytest python3-hypothesis
+  libtbb-dev libjs-three pybind11-dev python3-dev python3-numpy python3-pytest python3-hypothesis \
+  zlib1g-dev
 # A new build folder: a unity build, which takes half of the time, without the examples. For work on
 # the library make one by a preset.
 [ -f "$build/CMakeCache.txt" ] || first="-DCMAKE_UNITY_BUILD=ON -DADAPTIVE_BVH_EXAMPLES=OFF"

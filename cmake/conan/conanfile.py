@@ -46,6 +46,7 @@ class AdaptiveBvhConan(ConanFile):
         self.requires("onetbb/2021.12.0")
         if self.options.mesh_io:
             self.requires("assimp/5.4.3")
+            self.requires("zlib/1.3.1")
         if self.options.mesh_io or self.options.policy_json:
             self.requires("nlohmann_json/3.11.3")
 
@@ -85,13 +86,13 @@ class AdaptiveBvhConan(ConanFile):
         core.defines = ["EIGEN_MAX_ALIGN_BYTES=16"]
         core.requires = self._needs("fcl::fcl", "eigen::eigen", "onetbb::onetbb")
         core.system_libs = ["pthread", "m"]
-        for name, needed in (("mesh_io", "assimp::assimp"),
-                             ("policy_json", "nlohmann_json::nlohmann_json")):
+        for name, needed in (("mesh_io", ("assimp::assimp", "zlib::zlib")),
+                             ("policy_json", ("nlohmann_json::nlohmann_json",))):
             if self.options.get_safe(name):
                 component = self.cpp_info.components[name]
                 component.set_property("cmake_target_name", f"adaptive_bvh::{name}")
                 component.libs = [f"adaptive_bvh_{name}"]
-                component.requires = ["core", *self._needs(needed)]
+                component.requires = ["core", *self._needs(*needed)]
         if self.options.mesh_io and self._needs("nlohmann_json::nlohmann_json"):
             self.cpp_info.components["mesh_io"].requires.append("nlohmann_json::nlohmann_json")
 

@@ -9,4 +9,5 @@ fcl/0.7.0
 eigen/3.4.0
 onetbb/2021.12.0
 assimp/5.4.3
+zlib/1.3.1
 nlohmann_json/3.11.3

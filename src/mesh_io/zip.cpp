@@ -1,9 +1,11 @@
-// Reads ZIP archives: their directory, and files compressed by Deflate (RFC 1951).
+// Reads ZIP archives: their directory, and files compressed by Deflate (RFC 1951), by zlib.
 #include "zip.h"
 
+#define ZLIB_CONST  // next_in points to const bytes
+#include <zlib.h>
+
 #include <algorithm>
-#include <array>
-#include <cstdint>
+#include <new>
 #include <stdexcept>
 
 #include "tokens.h"
@@ -19,163 +21,23 @@ std::size_t fieldAt(std::string_view archive, std::size_t at, std::size_t bytes)
   return static_cast<std::size_t>(numberAt(archive, at, {'u', bytes}));
 }
 
-/// Reads the bits of a Deflate stream (RFC 1951), the lowest bit of each byte first.
-class Bits {
- public:
-  explicit Bits(std::string_view bytes) : bytes_(bytes) {}
-
-  /// The number in the next `count` bits.
-  unsigned next(unsigned count) {
-    unsigned bits = 0;
-    for (unsigned k = 0; k < count; ++k, ++position_) {
-      if (position_ / 8 >= bytes_.size()) failBroken();
-      bits |= (static_cast<unsigned char>(bytes_[position_ / 8]) >> position_ % 8 & 1u) << k;
-    }
-    return bits;
-  }
-  void skipToByte() { position_ = (position_ + 7) / 8 * 8; }
-
- private:
-  std::string_view bytes_;
-  std::size_t position_ = 0;  ///< in bits
-};
-
-/// A Huffman code: its symbols sorted by the lengths of their code words. Like zlib, refuses codes
-/// with too many or too few words, except for a code with a single word.
-class HuffmanCode {
- public:
-  /// `lengths` are those of the code words, by symbol; 0 for symbols without a word.
-  explicit HuffmanCode(const std::vector<unsigned>& lengths) {
-    for (unsigned length = 1; length <= kLongest; ++length)
-      for (unsigned symbol = 0; symbol < lengths.size(); ++symbol)
-        if (lengths[symbol] == length) {
-          symbols_.push_back(symbol);
-          ++counts_[length];
-        }
-    int free = 1;  // number of words of this length that no shorter word begins
-    for (unsigned length = 1; length <= kLongest; ++length)
-      if ((free = 2 * free - static_cast<int>(counts_[length])) < 0) failBroken();
-    if (free > 0 && symbols_.size() > counts_[1]) failBroken();
-  }
-
-  /// Reads a code word; returns its symbol.
-  unsigned read(Bits& bits) const {
-    unsigned word = 0, first = 0, index = 0;  // first word of this length, and where it is sorted
-    for (unsigned length = 1; length <= kLongest; ++length) {
-      word = word << 1 | bits.next(1);
-      if (word < first + counts_[length]) return symbols_[index + word - first];  // word >= first
-      index += counts_[length];
-      first = (first + counts_[length]) << 1;
-    }
-    failBroken();
-  }
-
- private:
-  static constexpr unsigned kLongest = 15;
-  std::vector<unsigned> symbols_;                ///< sorted by length, then by number
-  std::array<unsigned, kLongest + 1> counts_{};  ///< number of words, by length
-};
-
-/// The codes of literals and lengths, and of distances.
-using Codes = std::array<HuffmanCode, 2>;
-
-Codes fixedCodes() {
-  std::vector<unsigned> lengths(288, 8);
-  std::fill(lengths.begin() + 144, lengths.begin() + 256, 9);
-  std::fill(lengths.begin() + 256, lengths.begin() + 280, 7);
-  return {HuffmanCode(lengths), HuffmanCode(std::vector<unsigned>(32, 5))};
-}
-
-/// Reads the codes of a block, given by the lengths of their words, which are Huffman-coded too.
-Codes readCodes(Bits& bits) {
-  const unsigned literals = bits.next(5) + 257, distances = bits.next(5) + 1;
-  const unsigned code_lengths = bits.next(4) + 4;
-  std::vector<unsigned> lengths(19);
-  constexpr unsigned kOrder[] = {16, 17, 18, 0, 8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15};
-  for (unsigned k = 0; k < code_lengths; ++k) lengths[kOrder[k]] = bits.next(3);
-  const HuffmanCode code(lengths);
-  lengths.clear();
-  while (lengths.size() < literals + distances) {
-    const unsigned symbol = code.read(bits);
-    if (symbol < 16) {
-      lengths.push_back(symbol);
-      continue;
-    }
-    if (symbol == 16 && lengths.empty()) failBroken();
-    const unsigned repeated = symbol == 16 ? lengths.back() : 0;
-    const unsigned count = symbol == 16   ? 3 + bits.next(2)
-                           : symbol == 17 ? 3 + bits.next(3)
-                                          : 11 + bits.next(7);
-    lengths.insert(lengths.end(), count, repeated);
-  }
-  if (lengths.size() > literals + distances || literals > 286 || distances > 30 ||
-      lengths[256] == 0)
-    failBroken();
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(literals);
-  return {HuffmanCode({lengths.begin(), middle}), HuffmanCode({middle, lengths.end()})};
-}
-
-/// Reads the extra bits of a symbol that stands for a length (`least` is 3) or a distance (1).
-/// Returns the length or distance. Each group of `group` symbols has one more extra bit.
-unsigned readExtended(Bits& bits, unsigned symbol, unsigned group, unsigned least) {
-  if (symbol < 2 * group) return least + symbol;
-  const unsigned extra = symbol / group - 1;
-  return least + ((group + symbol % group) << extra) + bits.next(extra);
-}
-
-/// Appends the text of a compressed block, until it is longer than `size`.
-void readCompressed(Bits& bits, const Codes& codes, std::size_t size, std::string& text) {
-  while (text.size() <= size) {
-    const unsigned symbol = codes[0].read(bits);
-    if (symbol == 256) return;
-    if (symbol < 256) {
-      text += static_cast<char>(symbol);
-      continue;
-    }
-    if (symbol > 285) failBroken();
-    const unsigned length = symbol == 285 ? 258 : readExtended(bits, symbol - 257, 4, 3);
-    const unsigned distance_symbol = codes[1].read(bits);
-    if (distance_symbol > 29) failBroken();
-    const unsigned distance = readExtended(bits, distance_symbol, 2, 1);
-    if (distance > text.size()) failBroken();
-    for (unsigned k = 0; k < length; ++k) text += text[text.size() - distance];
-  }
-}
-
-/// Appends the text of an uncompressed block.
-void readStored(Bits& bits, std::string& text) {
-  bits.skipToByte();
-  const unsigned length = bits.next(16);
-  if (bits.next(16) != (length ^ 0xFFFF)) failBroken();
-  for (unsigned k = 0; k < length; ++k) text += static_cast<char>(bits.next(8));
-}
-
-/// Decompresses a text of about `size` bytes; it may be longer or shorter if the archive is broken.
-std::string inflate(std::string_view bytes, std::size_t size) {
-  Bits bits(bytes);
-  std::string text;
-  for (bool is_last = false; !is_last && text.size() <= size;) {
-    is_last = bits.next(1) == 1;
-    const unsigned kind = bits.next(2);
-    if (kind == 3) failBroken();
-    if (kind == 0)
-      readStored(bits, text);
-    else
-      readCompressed(bits, kind == 1 ? fixedCodes() : readCodes(bits), size, text);
-  }
+/// Decompresses a file of `size` bytes from a Deflate stream.
+std::string inflated(std::string_view bytes, std::size_t size) {
+  std::string text(size, '\0');
+  z_stream stream{};
+  stream.next_in = reinterpret_cast<const Bytef*>(bytes.data());
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = reinterpret_cast<Bytef*>(text.data());
+  stream.avail_out = static_cast<uInt>(size);
+  if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) throw std::bad_alloc();  // without zlib's header
+  const bool is_whole = inflate(&stream, Z_FINISH) == Z_STREAM_END && stream.avail_out == 0;
+  inflateEnd(&stream);
+  if (!is_whole) failBroken();
   return text;
 }
 
-/// The CRC-32 of some bytes, as in Ethernet.
 std::size_t checksumOf(std::string_view bytes) {
-  std::array<std::uint32_t, 256> table;
-  for (std::uint32_t k = 0; k < 256; ++k) {
-    table[k] = k;
-    for (int bit = 0; bit < 8; ++bit) table[k] = table[k] >> 1 ^ (table[k] & 1 ? 0xEDB88320u : 0);
-  }
-  std::uint32_t sum = 0xFFFFFFFFu;
-  for (const char c : bytes) sum = sum >> 8 ^ table[(sum ^ static_cast<unsigned char>(c)) & 0xFF];
-  return sum ^ 0xFFFFFFFFu;
+  return crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
 }
 
 }  // namespace
@@ -227,7 +89,7 @@ std::string ZipArchive::read(const Entry& entry) const {
   if (entry.method != 0 && entry.method != 8)
     throw std::runtime_error("its ZIP archive is compressed by method " +
                              std::to_string(entry.method) + ", which is not read");
-  std::string text = entry.method == 8 ? inflate(stored, entry.size) : std::string(stored);
+  std::string text = entry.method == 8 ? inflated(stored, entry.size) : std::string(stored);
   if (text.size() != entry.size || checksumOf(text) != entry.checksum) failBroken();
   return text;
 }

@@ -44,6 +44,8 @@ expect(FAILS "REQUIRED;COMPONENTS;mesh_oi" ""
   SAYS "no component 'mesh_oi': it has mesh_io, policy_json, recording and tuning")
 expect(FAILS "REQUIRED;COMPONENTS;mesh_io" "${no_assimp}"
   SAYS "'mesh_io' needs assimp, which was not found .*libassimp-dev")
+expect(FAILS "REQUIRED;COMPONENTS;mesh_io" -DCMAKE_DISABLE_FIND_PACKAGE_ZLIB=ON
+  SAYS "'mesh_io' needs ZLIB, which was not found .*zlib1g-dev")
 expect(FAILS "REQUIRED;COMPONENTS;tuning;typo" "${no_pagmo}"
   SAYS "'tuning' needs pagmo, which was not found .*libpagmo-dev" "no component 'typo'")
 
