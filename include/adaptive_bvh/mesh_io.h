@@ -32,6 +32,11 @@ struct MeshLoadOptions {
   /// none, or theirs is not read.
   bool metres = true;
 
+  /// With `metres`: the unit of the result, and the unit of files that declare none, both in
+  /// metres. 0.001 for both: all meshes are in millimetres, where other files are taken for
+  /// millimetres.
+  double unit = 1, undeclared_unit = 1;
+
   /// Multiplies all positions, after the unit. Positive.
   double scale = 1;
 
@@ -57,7 +62,8 @@ class MeshLoadError : public std::runtime_error {
 /// lines are dropped, faces of zero area are kept if they are triangles. The transforms of the
 /// scene's nodes are applied in double precision. A mirroring transform reverses the triangles, so
 /// that they still face outside. The transform of a skinned glTF node is ignored, as its
-/// specification requires; joints and morph weights are not applied. Several meshes become one.
+/// specification requires, where all primitives have joints; a node with two parents is placed
+/// twice; joints and morph weights are not applied. Several meshes become one.
 ///
 /// Throws std::invalid_argument if an option is out of range. Throws MeshLoadError if the file is
 /// missing, broken or not a regular file (links are followed), has no triangle, names a vertex that

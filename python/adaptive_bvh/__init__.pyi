@@ -57,6 +57,8 @@ def load_mesh(
     weld_tolerance: float = 0.0,
     up: Optional[Literal["x", "y", "z"]] = None,
     metres: bool = True,
+    unit: float = 1.0,
+    undeclared_unit: float = 1.0,
     scale: float = 1.0,
     buffers_outside_folder: bool = False,
 ) -> Mesh: ...

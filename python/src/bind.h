@@ -8,6 +8,7 @@ namespace adaptive_bvh::python {
 
 void bindShapes(pybind11::module_& module);
 void bindMeshes(pybind11::module_& module);          ///< Mesh, load_mesh, weld_vertices
+void bindFiles(pybind11::module_& module);           ///< readers of the command, with mesh_io
 void bindLockedMesh(pybind11::module_& module);      ///< DeformableMesh, MeshUpdate
 void bindQuery(pybind11::module_& module);           ///< distance, collide, self_collide
 void bindPairs(pybind11::module_& module);           ///< CoherentDistance, CoherentProximity

@@ -24,6 +24,8 @@ weld_tolerance: positions no farther apart count as equal, in the unit of the re
 up: 'x', 'y' or 'z' turns the mesh until the axis that its file declares as up (Collada, glTF) is
 this one; None keeps the axes of the file.
 metres: multiplies by the unit that the file declares (Collada, 3MF, AMF, FBX).
+unit, undeclared_unit: with metres, the unit of the result, and that of files that declare none, both
+in metres.
 scale: multiplies all positions, after the unit.
 buffers_outside_folder: glTF buffers may be any files; False reads only those in the folder of the
 document or below it.
@@ -64,14 +66,16 @@ UpAxis upAxisFrom(const std::optional<std::string>& name) {
 }
 
 Arrays loadOf(const py::object& path, bool weld, double weld_tolerance,
-              const std::optional<std::string>& up, bool metres, double scale,
-              bool buffers_outside_folder) {
+              const std::optional<std::string>& up, bool metres, double unit,
+              double undeclared_unit, double scale, bool buffers_outside_folder) {
   const std::string name = pathFrom(path);
   MeshLoadOptions options;
   options.weld = weld;
   options.weld_tolerance = weld_tolerance;
   options.up = upAxisFrom(up);
   options.metres = metres;
+  options.unit = unit;
+  options.undeclared_unit = undeclared_unit;
   options.scale = scale;
   options.buffers_outside_folder = buffers_outside_folder;
 #ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
@@ -107,8 +111,9 @@ void bindMeshes(py::module_& module) {
       .attribute("vertices", &Arrays::vertices, "(N, 3) float64.")
       .attribute("faces", &Arrays::triangles, "(M, 3) int64, counter-clockwise seen from outside.");
   module.def("load_mesh", &loadOf, "path"_a, py::kw_only(), "weld"_a = true,
-             "weld_tolerance"_a = 0., "up"_a = py::none(), "metres"_a = true, "scale"_a = 1.,
-             "buffers_outside_folder"_a = false, kLoadMesh);
+             "weld_tolerance"_a = 0., "up"_a = py::none(), "metres"_a = true, "unit"_a = 1.,
+             "undeclared_unit"_a = 1., "scale"_a = 1., "buffers_outside_folder"_a = false,
+             kLoadMesh);
   module.def("shape_mesh", &shapeMeshOf, "shape"_a, "turn"_a = 64, kShapeMesh);
   module.def("weld_vertices", &weldOf, "vertices"_a, "faces"_a, "tolerance"_a = 0., kWeldVertices);
 }

@@ -44,6 +44,9 @@ PYBIND11_MODULE(_core, module) {
   bindScene(module);
   bindContactSet(module);
   bindMeshes(module);
+#ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
+  bindFiles(module);
+#endif
 #ifdef ADAPTIVE_BVH_PYTHON_RECORDING
   bindRecording(module);
 #endif

@@ -209,21 +209,21 @@ def damaged_gltf(change):
 
 @pytest.mark.parametrize("change, reason", [
     (lambda j: j["nodes"][0].update(children=[0]), "descendant"),
-    (lambda j: j["accessors"][0].update(count=10**9), "too often|shorter"),
-    (lambda j: j["bufferViews"][0].update(byteOffset=10**6), "shorter"),
-    (lambda j: j["meshes"][0]["primitives"][0].update(indices=99), "accessors 99"),
-    (lambda j: j["meshes"][0]["primitives"][0]["attributes"].update(POSITION=True), "accessors"),
-    (lambda j: j["animations"][0]["channels"][0]["target"].update(node=7), "nodes 7"),
-    (lambda j: j["animations"][0]["channels"][0].update(sampler=[]), "sampler"),
+    (lambda j: j["accessors"][0].update(count=10**9), "so often|past"),
+    (lambda j: j["bufferViews"][0].update(byteOffset=10**6), "past the buffer"),
+    (lambda j: j["meshes"][0]["primitives"][0].update(indices=99), "component type 0"),
+    (lambda j: j["meshes"][0]["primitives"][0]["attributes"].update(POSITION=True), "component type 0"),
+    (lambda j: j["animations"][0]["channels"][0]["target"].update(node=7), "no element 7"),
+    (lambda j: j["animations"][0]["channels"][0].update(sampler=[]), "no element \\[\\]"),
     (lambda j: j["animations"][0]["samplers"][0].update(output=0), "do not fit"),
     (lambda j: j.update(extensionsRequired=["KHR_draco_mesh_compression"]), "draco"),
-    (lambda j: j.update(nodes={"a": 1}), "no list"),
-    (lambda j: j["scenes"][0].update(nodes=[[]]), "nodes \\[\\]"),
-    (lambda j: j["accessors"][0].update(componentType=[]), "broken"),
+    (lambda j: j.update(nodes={"a": 1}), "no element 0"),
+    (lambda j: j["scenes"][0].update(nodes=[[]]), "no triangles"),
+    (lambda j: j["accessors"][0].update(componentType=[]), "is not a count"),
 ])
 def test_gltf_is_not_believed(tmp_path, change, reason):
     damaged_gltf(change).write(tmp_path / "bad.glb")
-    with pytest.raises(SequenceError, match=f"bad.glb: .*({reason})"):
+    with pytest.raises(SequenceError, match=f"bad.glb.*({reason})"):
         opened(tmp_path / "bad.glb")
 
 

@@ -75,12 +75,14 @@ SceneNode nodeOf(const aiNode& source, unsigned meshes) {
 }
 
 /// The unit in metres. FBX gives it in centimetres; for other formats assimp passes on no unit.
-double unitOf(const aiScene& source) {
-  double centimetres = 100;
+std::optional<double> unitOf(const aiScene& source) {
+  double centimetres = 0;
   float single = 0;  // the type depends on assimp's version
-  if (source.mMetaData && !source.mMetaData->Get("UnitScaleFactor", centimetres) &&
-      source.mMetaData->Get("UnitScaleFactor", single))
+  if (!source.mMetaData) return std::nullopt;
+  if (!source.mMetaData->Get("UnitScaleFactor", centimetres)) {
+    if (!source.mMetaData->Get("UnitScaleFactor", single)) return std::nullopt;
     centimetres = static_cast<double>(single);
+  }
   check(centimetres > 0 && std::isfinite(centimetres), "a unit that is not positive");
   return centimetres / 100;
 }

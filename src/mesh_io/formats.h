@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -9,6 +10,8 @@
 #include "xml.h"
 
 namespace adaptive_bvh {
+
+class GltfDocument;
 
 /// \name One reader per format, each in its own file
 /// Readers take the bytes of a file, and return positions in double precision as the file has them.
@@ -33,12 +36,6 @@ PolygonMesh readPly(std::string_view bytes);
 /// Reads text OFF. Ignores normals, colours and texture coordinates.
 PolygonMesh readOff(std::string_view bytes);
 
-/// Reads glTF 2 and 1, text or binary, with the files of its buffers. The JSON must satisfy
-/// `parseStrictly`. Integer accessors are supported (KHR_mesh_quantization); other required
-/// extensions that change positions are refused by name. Without scenes, all nodes are placed, and
-/// all meshes that no node refers to.
-FileScene readGltf(const std::string& bytes, NamedFiles buffers);
-
 /// Reads Collada, with its up axis and unit.
 FileScene readCollada(const std::string& text);
 
@@ -57,6 +54,15 @@ double unitOf3mf(std::string_view bytes);
 
 /// Reads a file with the reader that its beginning, or else the name's extension, determines.
 FileScene readScene(const std::string& path, const MeshLoadOptions& options);
+
+/// Whether a file declares its unit, or its format defines one.
+bool declaresUnit(const std::string& path);
+
+/// Opens glTF 2 or 1, with buffers in the folder of the file or below it; null for other formats.
+std::unique_ptr<GltfDocument> openGltf(const std::string& path);
+
+/// Throws MeshLoadError, which names the file and the reason.
+[[noreturn]] void failToLoad(const std::string& path, const std::string& reason);
 
 /// The bytes of a regular file. Throws std::runtime_error if it is not one, or cannot be read.
 std::string readFile(const std::string& path);

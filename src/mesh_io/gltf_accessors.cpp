@@ -28,6 +28,11 @@ double normalized(double number, BinaryType type) {
   return type.kind == 'f' ? number : std::max(number / (std::ldexp(1., digits) - 1), -1.);
 }
 
+/// The count of numbers in an element of an accessor.
+std::size_t widthOf(const std::string& form) {
+  return form == "SCALAR" ? 1 : form == "VEC3" ? 3 : form == "VEC4" ? 4 : 16;
+}
+
 /// An index as an integer. Throws unless it is below `count`.
 std::size_t indexOf(double index, std::size_t count) {
   if (index >= 0 && index < static_cast<double>(count)) return static_cast<std::size_t>(index);
@@ -43,11 +48,16 @@ BinaryType indexTypeOf(const Json& source) {
 
 }  // namespace
 
-std::vector<fcl::Vector3d> GltfAccessors::positions(const Json& accessor) {
+std::vector<double> GltfAccessors::numbers(const Json& accessor, const std::string& form) {
   const BinaryType type = typeOf(countAt(accessor, "componentType"));
-  std::vector<double> numbers = read(accessor, type, 3);
+  std::vector<double> numbers = read(accessor, type, form);
   if (at(accessor, "normalized") == Json(true))
     for (double& number : numbers) number = normalized(number, type);
+  return numbers;
+}
+
+std::vector<fcl::Vector3d> GltfAccessors::positions(const Json& accessor) {
+  const std::vector<double> numbers = this->numbers(accessor, "VEC3");
   std::vector<fcl::Vector3d> positions;
   positions.reserve(numbers.size() / 3);
   for (std::size_t i = 0; i < numbers.size(); i += 3)
@@ -63,21 +73,22 @@ std::vector<std::size_t> GltfAccessors::indices(const Json* accessor, std::size_
     std::iota(indices.begin(), indices.end(), 0);
     return indices;
   }
-  const std::vector<double> numbers = read(*accessor, indexTypeOf(*accessor), 1);
+  const std::vector<double> numbers = read(*accessor, indexTypeOf(*accessor), "SCALAR");
   indices.reserve(numbers.size());
   for (const double number : numbers) indices.push_back(indexOf(number, vertices));
   return indices;
 }
 
-/// The numbers of an accessor, `width` for each element. All are 0 if the accessor has no view.
-std::vector<double> GltfAccessors::read(const Json& accessor, BinaryType type, std::size_t width) {
-  const std::string form = width == 3 ? "VEC3" : "SCALAR";
+/// The numbers of an accessor. All are 0 if the accessor has no view.
+std::vector<double> GltfAccessors::read(const Json& accessor, BinaryType type,
+                                        const std::string& form) {
   if (textAt(accessor, "type") != form)
     throw std::runtime_error("an accessor is not of type " + form);
+  const std::size_t width = widthOf(form);
   const std::size_t count = countAt(accessor, "count");
   const bool has_view = !at(accessor, "bufferView").is_null();
   const GltfView* const view = has_view ? &viewOf(accessor, type, count, width) : nullptr;
-  limit_.take(count);
+  limit_.take(std::max(count, count / 3 * width));  // `count` is below the limit: no overflow
   std::vector<double> numbers(count * width);
   for (std::size_t i = 0; view && i < numbers.size(); ++i)
     numbers[i] = view->number(i / width, i % width);

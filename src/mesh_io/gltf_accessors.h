@@ -29,6 +29,10 @@ class GltfAccessors {
   GltfAccessors(const Json& gltf, GltfBuffers buffers, std::size_t bytes)
       : gltf_(gltf), buffers_(std::move(buffers)), bytes_(bytes), limit_(kReadsTooOften, bytes) {}
 
+  /// The numbers of an accessor whose type is `form` ("SCALAR", "VEC3", "VEC4" or "MAT4"), one
+  /// element after the other. Normalized integers are from 0 to 1, signed ones from -1 to 1.
+  std::vector<double> numbers(const Json& accessor, const std::string& form);
+
   std::vector<fcl::Vector3d> positions(const Json& accessor);  ///< the positions of an accessor
 
   /// The indices of an accessor, each below `vertices`; if it is null, all vertices in order.
@@ -38,7 +42,7 @@ class GltfAccessors {
   std::size_t bytes() const { return bytes_ + buffers_.fileBytes(); }
 
  private:
-  std::vector<double> read(const Json& accessor, BinaryType type, std::size_t width);
+  std::vector<double> read(const Json& accessor, BinaryType type, const std::string& form);
   void applySparse(const Json& sparse, BinaryType type, std::size_t width,
                    std::vector<double>& numbers);
   const GltfView& viewOf(const Json& source, BinaryType type, std::size_t count, std::size_t width);

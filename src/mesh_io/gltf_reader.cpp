@@ -6,8 +6,7 @@
 #include <vector>
 
 #include "formats.h"
-#include "gltf_accessors.h"
-#include "strict_json.h"
+#include "gltf_document.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -40,15 +39,6 @@ Eigen::Matrix4d transformOf(const Json& node) {
   return Eigen::Matrix4d(matrix) * parts.matrix();
 }
 
-/// Whether an extension does not affect positions.
-bool isHarmless(const std::string& extension) {
-  for (const char* prefix :
-       {"KHR_mesh_quantization", "KHR_materials_", "KHR_texture_", "KHR_lights_", "KHR_xmp",
-        "EXT_texture_", "EXT_lights_", "MSFT_texture_", "KHR_binary_glTF"})
-    if (extension.rfind(prefix, 0) == 0) return true;
-  return false;
-}
-
 /// Numbers JSON values in the order of their first use.
 class Numbering {
  public:
@@ -62,6 +52,7 @@ class Numbering {
   bool has(const Json& thing) const { return numbers_.count(&thing) != 0; }
   std::size_t size() const { return things_.size(); }
   const Json& operator[](std::size_t number) const { return *things_[number]; }
+  const std::vector<const Json*>& all() const { return things_; }
 
  private:
   std::map<const Json*, std::size_t> numbers_;
@@ -70,23 +61,20 @@ class Numbering {
 
 class GltfReader {
  public:
-  /// `bytes` is the size of the whole file, which contains the JSON text and the binary chunk.
-  GltfReader(const std::string& json, std::string chunk, NamedFiles files, std::size_t bytes)
-      : gltf_(parseStrictly(json)),
-        accessors_(gltf_, GltfBuffers(std::move(chunk), std::move(files)), bytes) {}
+  explicit GltfReader(GltfDocument& document)
+      : gltf_(document.json), accessors_(document.accessors) {}
 
-  FileScene read() {
-    for (const Json& extension : at(gltf_, "extensionsRequired"))
-      if (extension.is_string() && !isHarmless(extension.get<std::string>()))
-        throw std::runtime_error("it requires the extension " + extension.get<std::string>() +
-                                 ", which is not read");
+  GltfScene read() {
     addNodes();
     checkHierarchy(scene_.nodes);  // before meshes are read
     scene_.meshes.reserve(meshes_.size());
     for (std::size_t m = 0; m < meshes_.size(); ++m) addMesh(meshes_[m]);
+    for (SceneNode& node : scene_.nodes)
+      for (const std::size_t mesh : node.meshes) node.is_skinned &= has_joints_[mesh];
     scene_.up = UpAxis::Y;
+    scene_.unit = 1;
     scene_.bytes = accessors_.bytes();
-    return std::move(scene_);
+    return {std::move(scene_), nodes_.all(), meshes_.all(), std::move(parts_)};
   }
 
  private:
@@ -157,17 +145,34 @@ class GltfReader {
       if (!meshes_.has(mesh)) scene_.nodes[0].meshes.push_back(meshes_.numberOf(mesh));
   }
 
+  /// What two primitives must have in common to share vertices.
+  static Json sharedBy(const Json& primitive) {
+    Json shared = Json::array({at(primitive, "targets")});
+    for (const char* key : {"POSITION", "JOINTS_0", "JOINTS_1", "WEIGHTS_0", "WEIGHTS_1"})
+      shared.push_back(at(at(primitive, "attributes"), key));
+    return shared;
+  }
+
   /// Adds a mesh: the triangles of all its primitives.
   void addMesh(const Json& source) {
     PolygonMesh& mesh = scene_.meshes.emplace_back();
-    std::map<const Json*, std::size_t> first_vertices;  // by accessor already read
-    for (const Json& primitive : at(source, "primitives")) {
-      const Json& key = at(at(primitive, "attributes"), "POSITION");
+    auto& parts = parts_.emplace_back();
+    has_joints_.push_back(true);
+    std::map<Json, std::size_t> first_vertices;  // by what primitives share
+    const Json& primitives = at(source, "primitives");
+    for (std::size_t i = 0; i < primitives.size(); ++i) {
+      const Json& primitive = at(primitives, i);
+      const Json& attributes = at(primitive, "attributes");
+      const Json& key = at(attributes, "POSITION");
       const std::size_t mode = countAt(primitive, "mode", countAt(primitive, "primitive", 4));
       if (mode < 4 || key.is_null()) continue;  // 0 to 3 are points and lines
+      if (at(attributes, "JOINTS_0").is_null() && at(attributes, "JOINT").is_null())
+        has_joints_.back() = false;
       const Json& accessor = at(at(gltf_, "accessors"), key);
-      const auto [first, is_new] = first_vertices.emplace(&accessor, mesh.vertices.size());
+      const auto [first, is_new] =
+          first_vertices.emplace(sharedBy(primitive), mesh.vertices.size());
       if (is_new) {
+        parts.push_back({mesh.vertices.size(), i});
         const std::vector<fcl::Vector3d> positions = accessors_.positions(accessor);
         mesh.vertices.insert(mesh.vertices.end(), positions.begin(), positions.end());
       }
@@ -185,41 +190,16 @@ class GltfReader {
     mesh.addTriangles(corners, mode == 4 ? Layout::List : mode == 5 ? Layout::Strip : Layout::Fan);
   }
 
-  const Json gltf_;
-  GltfAccessors accessors_;
+  const Json& gltf_;
+  GltfAccessors& accessors_;
   Numbering nodes_, meshes_;  ///< nodes and meshes of the scene
   FileScene scene_;
+  std::vector<std::vector<GltfScene::Part>> parts_;  ///< by mesh
+  std::vector<bool> has_joints_;  ///< by mesh: whether joints move all of its vertices
 };
-
-/// Reads a binary file: a header of three words, then chunks of JSON and of bytes, each after its
-/// length and its type. Version 1 is read as a single chunk of JSON, and bytes.
-FileScene readBinary(const std::string& bytes, NamedFiles files) {
-  const bool is_old = bytes.size() >= 20 && wordAt(bytes, 4) == 1;
-  std::string parts[2];
-  std::size_t at = 12;
-  for (std::string& part : parts) {
-    if (at == 12 && bytes.size() < 20) throw std::runtime_error("its header does not end");
-    if (bytes.size() < at + 8) break;
-    const std::size_t length = wordAt(bytes, at);
-    at += 8;
-    if (length > bytes.size() - at)
-      throw std::runtime_error("it announces a chunk of " + std::to_string(length) +
-                               " bytes, and has " + std::to_string(bytes.size() - at));
-    part = bytes.substr(at, length);
-    at += length;
-    if (is_old) {
-      parts[1] = bytes.substr(at);
-      break;
-    }
-  }
-  return GltfReader(parts[0], std::move(parts[1]), std::move(files), bytes.size()).read();
-}
 
 }  // namespace
 
-FileScene readGltf(const std::string& bytes, NamedFiles buffers) {
-  if (bytes.compare(0, 4, "glTF") == 0) return readBinary(bytes, std::move(buffers));
-  return GltfReader(bytes, "", std::move(buffers), bytes.size()).read();
-}
+GltfScene sceneOf(GltfDocument& document) { return GltfReader(document).read(); }
 
 }  // namespace adaptive_bvh

@@ -6,11 +6,11 @@
 #include <filesystem>
 #include <fstream>
 #include <initializer_list>
-#include <iterator>
 #include <new>
 #include <optional>
 
 #include "formats.h"
+#include "gltf_document.h"
 #include "printable.h"
 #include "tokens.h"
 #include "xml.h"
@@ -89,12 +89,12 @@ FileScene readOther(const std::string& path, const std::string& bytes) {
   if (extension == "3mf" || (isZip(bytes) && !isOneOf({"pk3", "zae"}, extension)))
     unit = unitOf3mf(bytes);
   FileScene scene = readByAssimp(path);
-  if (unit) scene.unit = *unit;
+  if (unit) scene.unit = unit;
   return scene;
 }
 
 /// A scene of one node, which places one mesh.
-FileScene sceneOf(PolygonMesh mesh) {
+FileScene sceneWith(PolygonMesh mesh) {
   FileScene scene;
   scene.meshes.push_back(std::move(mesh));
   scene.nodes.emplace_back();
@@ -113,27 +113,45 @@ std::string readFile(const std::string& path) {
   std::error_code error;
   if (std::filesystem::exists(path, error) && !isRegularFile(path))
     throw std::runtime_error("'" + path + "' is no regular file");
-  std::ifstream file(path, std::ios::binary);
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
   if (!file.good()) throw std::runtime_error("'" + path + "' does not exist or cannot be read");
-  return {std::istreambuf_iterator<char>(file), {}};
+  std::string bytes(static_cast<std::size_t>(file.tellg()), '\0');
+  file.seekg(0).read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(file.gcount()));  // it may have become shorter
+  return bytes;
+}
+
+bool declaresUnit(const std::string& path) {
+  const std::string bytes = readFile(path), format = formatOf(path, bytes);
+  return format.empty() ? readOther(path, bytes).unit.has_value()
+                        : format == "gltf" || format == "dae";
+}
+
+std::unique_ptr<GltfDocument> openGltf(const std::string& path) {
+  const std::string bytes = readFile(path);
+  if (formatOf(path, bytes) != "gltf") return nullptr;
+  return std::make_unique<GltfDocument>(bytes, NamedFiles(path, false));
 }
 
 FileScene readScene(const std::string& path, const MeshLoadOptions& options) {
   const std::string bytes = readFile(path), format = formatOf(path, bytes);
-  if (format == "obj") return sceneOf(readObj(bytes));
-  if (format == "stl") return sceneOf(readStl(bytes));
-  if (format == "ply") return sceneOf(readPly(bytes));
-  if (format == "off") return sceneOf(readOff(bytes));
-  if (format == "gltf") return readGltf(bytes, NamedFiles(path, options.buffers_outside_folder));
+  if (format == "obj") return sceneWith(readObj(bytes));
+  if (format == "stl") return sceneWith(readStl(bytes));
+  if (format == "ply") return sceneWith(readPly(bytes));
+  if (format == "off") return sceneWith(readOff(bytes));
+  if (format == "gltf") {
+    GltfDocument document(bytes, NamedFiles(path, options.buffers_outside_folder));
+    return sceneOf(document).scene;
+  }
   if (format == "dae") return readCollada(bytes);
   return readOther(path, bytes);
 }
 
-namespace {
-
-[[noreturn]] void fail(const std::string& path, const std::string& reason) {
+void failToLoad(const std::string& path, const std::string& reason) {
   throw MeshLoadError(printable("cannot load mesh '" + path + "': " + reason));
 }
+
+namespace {
 
 /// The directions right, up and towards the viewer (columns), as Collada defines them.
 Eigen::Matrix3d axesOf(UpAxis up) {
@@ -148,13 +166,15 @@ Eigen::Matrix4d transformFor(const FileScene& scene, const MeshLoadOptions& opti
   Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();
   if (options.up != UpAxis::AsInFile && scene.up != UpAxis::AsInFile)
     transform.topLeftCorner<3, 3>() = axesOf(options.up) * axesOf(scene.up).transpose();
-  transform.topRows<3>() *= options.scale * (options.metres ? scene.unit : 1);
+  const double unit = scene.unit.value_or(options.undeclared_unit);
+  transform.topRows<3>() *= options.scale * (options.metres ? unit / options.unit : 1);
   return transform;
 }
 
 void checkOptions(const MeshLoadOptions& options) {
-  if (!(options.scale > 0) || !std::isfinite(options.scale))
-    throw std::invalid_argument("loadMesh: the scale must be positive and finite");
+  for (const double factor : {options.scale, options.unit, options.undeclared_unit})
+    if (!(factor > 0) || !std::isfinite(factor))
+      throw std::invalid_argument("loadMesh: scale and units must be positive and finite");
   if (!(options.weld_tolerance >= 0) || !std::isfinite(options.weld_tolerance))
     throw std::invalid_argument("loadMesh: the weld tolerance must be finite, and not negative");
 }
@@ -167,7 +187,7 @@ TriangleMesh<double> readMesh(const std::string& path, const MeshLoadOptions& op
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {
-    fail(path, error.what());
+    failToLoad(path, error.what());
   }
 }
 
@@ -177,12 +197,13 @@ template <typename S>
 TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options) {
   checkOptions(options);
   TriangleMesh<double> mesh = readMesh(path, options);
-  if (mesh.triangles.empty()) fail(path, "it holds no triangles");
+  if (mesh.triangles.empty()) failToLoad(path, "it holds no triangles");
   TriangleMesh<S> result;
   for (const fcl::Vector3d& p : mesh.vertices)
-    if (!p.cast<S>().allFinite()) fail(path, "a coordinate is not finite");
+    if (!p.cast<S>().allFinite()) failToLoad(path, "a coordinate is not finite");
   if (options.weld) weldVertices(mesh, options.weld_tolerance);
-  if (mesh.triangles.empty()) fail(path, "there are no triangles left when vertices are welded");
+  if (mesh.triangles.empty())
+    failToLoad(path, "there are no triangles left when vertices are welded");
   result.triangles = std::move(mesh.triangles);
   result.vertices.reserve(mesh.vertices.size());
   for (const fcl::Vector3d& p : mesh.vertices) result.vertices.push_back(p.cast<S>());

@@ -55,11 +55,19 @@ Mesh triangulateAs(std::size_t number, std::size_t count, PolygonMesh mesh, Work
   }
 }
 
-/// A node on the path from the root. Its first `children_done` children have been placed.
-struct OpenNode {
-  std::size_t number, children_done;
-  Matrix4d transform;  ///< to the caller's frame
-};
+/// The root and the nodes below it, depth first.
+std::vector<Placement> placementsOf(const FileScene& scene) {
+  std::vector<Placement> placements, open = {{scene.root, 0}};  // open: the next one is the last
+  while (!open.empty()) {
+    const Placement next = open.back();
+    open.pop_back();
+    placements.push_back(next);
+    const std::vector<std::size_t>& children = scene.nodes[next.node].children;
+    for (auto child = children.rbegin(); child != children.rend(); ++child)
+      open.push_back({*child, next.level + 1});
+  }
+  return placements;
+}
 
 }  // namespace
 
@@ -109,33 +117,32 @@ void checkHierarchy(const std::vector<SceneNode>& nodes) {
   }
 }
 
-Mesh flatten(FileScene scene, const Matrix4d& root) {
+PlacedMeshes placedMeshes(FileScene& scene) {
   checkHierarchy(scene.nodes);
   std::size_t corners = 0;
   for (const PolygonMesh& mesh : scene.meshes) corners += mesh.corners.size();
   WorkLimit work(kPolygonSteps + kPolygonStepsPerCorner * corners);
-  std::vector<Mesh> meshes;
+  PlacedMeshes placed{{}, placementsOf(scene)};
   for (PolygonMesh& mesh : scene.meshes)
-    meshes.push_back(triangulateAs(meshes.size() + 1, scene.meshes.size(), std::move(mesh), work));
+    placed.meshes.push_back(
+        triangulateAs(placed.meshes.size() + 1, scene.meshes.size(), std::move(mesh), work));
+  ElementLimit limit = placementLimit(scene, placed.meshes);
+  for (const Placement& placement : placed.placements)
+    for (const std::size_t mesh : scene.nodes[placement.node].meshes)
+      limit.take(elementsOf(placed.meshes[mesh]));
+  return placed;
+}
 
+Mesh flatten(FileScene scene, const Matrix4d& root) {
+  const PlacedMeshes placed = placedMeshes(scene);
+  std::vector<Matrix4d> transforms = {root};  // of the path to a node, to the caller's frame
   Mesh result;
-  ElementLimit limit = placementLimit(scene, meshes);
-  std::vector<OpenNode> path;
-  const auto enter = [&](std::size_t number, const Matrix4d& parent) {
+  for (const auto& [number, level] : placed.placements) {
     const SceneNode& node = scene.nodes[number];
-    path.push_back({number, 0, parent * node.transform});
-    for (const std::size_t mesh : node.meshes) {
-      limit.take(elementsOf(meshes[mesh]));
-      place(meshes[mesh], node.is_skinned ? root : path.back().transform, result);
-    }
-  };
-  for (enter(scene.root, root); !path.empty();) {
-    OpenNode& last = path.back();
-    const std::vector<std::size_t>& children = scene.nodes[last.number].children;
-    if (last.children_done == children.size())
-      path.pop_back();
-    else
-      enter(children[last.children_done++], Matrix4d(last.transform));
+    transforms.resize(level + 1);
+    transforms.push_back(transforms.back() * node.transform);
+    for (const std::size_t mesh : node.meshes)
+      place(placed.meshes[mesh], node.is_skinned ? root : transforms.back(), result);
   }
   return result;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "adaptive_bvh/mesh_io.h"
@@ -111,7 +112,7 @@ struct FileScene {
   std::vector<SceneNode> nodes;
   std::size_t root = 0;          ///< node that is placed, with all nodes below it
   UpAxis up = UpAxis::AsInFile;  ///< up axis of the file; `AsInFile` if not declared
-  double unit = 1;               ///< in metres
+  std::optional<double> unit;    ///< in metres; nothing if the file declares none
   std::size_t bytes = 0;  ///< total size of all files that were read; 0 if compression hides it
 };
 
@@ -119,9 +120,24 @@ struct FileScene {
 /// too many levels, or too many placements because several nodes share children.
 void checkHierarchy(const std::vector<SceneNode>& nodes);
 
-/// The triangles of all placed meshes in the frame of the root, transformed by `root`. Throws
-/// std::runtime_error like `checkHierarchy` and `triangulate`, and if the nodes place meshes too
-/// often.
+/// A node, once for each path to it from the root of its scene, which is at level 0.
+struct Placement {
+  std::size_t node, level;
+};
+
+/// The meshes of a scene as triangles, and its placements, depth first: the parent of one is the
+/// last one before it that is a level higher.
+struct PlacedMeshes {
+  std::vector<TriangleMesh<double>> meshes;
+  std::vector<Placement> placements;
+};
+
+/// Throws std::runtime_error like `checkHierarchy` and `triangulate`, and if the nodes place meshes
+/// too often. Moves the meshes out of the scene.
+PlacedMeshes placedMeshes(FileScene& scene);
+
+/// The triangles of all placed meshes in the frame of the root, transformed by `root`. Throws like
+/// `placedMeshes`.
 TriangleMesh<double> flatten(FileScene scene, const Eigen::Matrix4d& root);
 
 }  // namespace adaptive_bvh

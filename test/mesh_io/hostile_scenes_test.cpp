@@ -268,6 +268,23 @@ Gltf withCorners(std::size_t triangles) {
 }
 
 /// A mesh that is placed often, from few bytes: as often as it may be, and more often.
+// Whether primitives share vertices depends on their morph targets.
+TEST(HostileGltf, MorphTargetsWithoutEnd) {
+  Gltf gltf;
+  for (const std::size_t primitives : {10, 300, 5000}) {
+    const std::size_t bytes = kMegabyte / primitives - 60;
+    gltf.meshes = R"([{"primitives":[)" +
+                  listed(kMegabyte - bytes - 500,
+                         [&](std::size_t number) {
+                           return R"({"attributes":{"POSITION":0},"targets":[)" +
+                                  listed(bytes, [](std::size_t) { return std::string("{}"); }) +
+                                  ",[" + text(number) + "]]}";
+                         }) +
+                  "]}]";
+    loadGltf(gltf);
+  }
+}
+
 TEST(HostileGltf, PlacedOften) {
   for (const std::size_t triangles : {std::size_t(5000), std::size_t(20000)}) {
     Gltf gltf = withCorners(triangles);

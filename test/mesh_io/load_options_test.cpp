@@ -51,6 +51,28 @@ TEST(MeshOptions, ColladaIsInMetresUnlessTheFilesUnitIsWanted) {
   EXPECT_EQ(Point(0.0005, 0.001, 0.0015), firstOf("unit.dae", collada(""), options));
 }
 
+TEST(MeshOptions, UnitsAreThoseOfTheContentAndNotOfTheName) {
+  const std::string stl =
+      "solid a\nfacet normal 0 0 1 outer loop vertex 1 2 3 vertex 4 5 7 vertex "
+      "0 0 0 endloop endfacet endsolid";
+  MeshLoadOptions options;
+  options.unit = options.undeclared_unit = 0.3048;
+  for (const char* name : {"unit.stl", "unit.dae\n", "unit.model"}) {
+    EXPECT_EQ(Point(1, 2, 3), firstOf(name, stl, options)) << "the same unit: nothing is rounded";
+    EXPECT_NEAR(0.003 / 0.3048, firstOf(name, collada(""), options)[2], 1e-15);
+  }
+  options.unit = 0.001;
+  EXPECT_NEAR(914.4, firstOf("unit.gltf\n", stl, options)[2], 1e-12);
+  EXPECT_NEAR(3, firstOf("unit.model", collada(""), options)[2], 1e-15);
+  options.metres = false;
+  EXPECT_EQ(Point(1, 2, 3), firstOf("unit.stl", stl, options));
+  options.undeclared_unit = 0;
+  EXPECT_THROW(firstOf("unit.stl", stl, options), std::invalid_argument);
+  options.undeclared_unit = 1;
+  options.unit = std::numeric_limits<double>::infinity();
+  EXPECT_THROW(firstOf("unit.stl", stl, options), std::invalid_argument);
+}
+
 // Right, up and towards the viewer are -y, x, z of X_UP; x, y, z of Y_UP; x, z, -y of Z_UP.
 TEST(MeshOptions, TheAxisThatIsUpIsTheFilesOrTheGivenOne) {
   const std::string x_up = "<up_axis>X_UP</up_axis>", y_up = "<up_axis>\n Y_UP </up_axis>",

@@ -212,14 +212,14 @@ struct Gltf {
   std::string buffer;
   std::string accessor;              ///< of the positions: members of it
   std::string node = R"("mesh":0)";  ///< of the only node
+  std::string primitives = R"({"attributes":{"POSITION":0}})";
   std::string more = R"("extras":0)";
 
   std::string glb() const { return glbOf(json(), buffer); }
   std::string json() const {
     const std::string bytes = std::to_string(buffer.size());
     return R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{)" + node +
-           R"(}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],)"
-           R"("buffers":[{"byteLength":)" +
+           R"(}],"meshes":[{"primitives":[)" + primitives + R"(]}],"buffers":[{"byteLength":)" +
            bytes + R"(}],"bufferViews":[{"buffer":0,"byteLength":)" + bytes +
            R"(}],"accessors":[{"count":3,"type":"VEC3",)" + accessor + "}]," + more + "}";
   }
@@ -305,8 +305,27 @@ TEST(GltfNodes, WithASkinDoNotPlaceTheirMeshes) {
   EXPECT_EQ(2u, load("placed.glb", gltf.glb()).triangles[0][1]) << "turned over";
   gltf.node += R"(,"skin":0)";
   gltf.more = R"("skins":[{"joints":[0]}])";
+  EXPECT_EQ(Point(4, 2, 3), load("without.glb", gltf.glb()).vertices[0]) << "there are no joints";
+  gltf.primitives = R"({"attributes":{"POSITION":0,"JOINTS_0":1}})";
   EXPECT_EQ(Point(1, 2, 3), load("skinned.glb", gltf.glb()).vertices[0]);
   EXPECT_EQ(1u, load("skinned.glb", gltf.glb()).triangles[0][1]);
+}
+
+TEST(GltfPrimitives, ShareVerticesUnlessTheyMoveInOtherWays) {
+  Gltf gltf;
+  gltf.buffer = positions<float>(0);
+  gltf.accessor = R"("bufferView":0,"componentType":5126)";
+  const std::string with = R"({"attributes":{"POSITION":0,"JOINTS_0":)";
+  for (const auto& [primitives, vertices] : std::vector<std::pair<std::string, std::size_t>>{
+           {R"({"attributes":{"POSITION":0}},{"attributes":{"POSITION":0,"NORMAL":1}})", 3},
+           {R"({"attributes":{"POSITION":0}},{"attributes":{"POSITION":0},"targets":[{}]})", 6},
+           {with + "1}}," + with + "1}}", 3},
+           {with + "1}}," + with + "2}}", 6}}) {
+    gltf.primitives = primitives;
+    const Mesh mesh = load("shared.glb", gltf.glb());
+    EXPECT_EQ(vertices, mesh.vertices.size()) << primitives;
+    EXPECT_EQ(2u, mesh.triangles.size());
+  }
 }
 
 TEST(GltfPrimitives, AreListsStripsAndFans) {

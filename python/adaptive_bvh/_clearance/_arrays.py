@@ -1,18 +1,22 @@
 """Sequences of positions in one file: arrays of NumPy (.npz), point caches (.pc2)."""
 
+import math
+import os
 import struct
 import zipfile
-from typing import Dict, List, Optional, Tuple
+from typing import List, Optional, Tuple
 
 import numpy as np
 import numpy.typing as npt
 
-from .. import Mesh
+from .. import Mesh, MeshLoadError, _core
 from ._frames import Frame, FrameError, Ints, Sequence, SequenceError, Shape, checked
 from ._lengths import factor
 
 _POSITIONS = ("vertices", "positions", "frames", "points")
 _FACES = ("faces", "triangles")
+_MOST_RATIO = 64  # of the bytes in an archive to those of it, as for other archives
+_MOST_ARRAYS = 1000
 
 
 class ArraySequence(Sequence):
@@ -56,61 +60,78 @@ def checked_triangles(triangles: npt.NDArray, vertices: int, path: str) -> Ints:
     return triangles.astype(np.int64)
 
 
-def _arrays_in(path: str) -> Dict[str, npt.NDArray]:
-    """The arrays of numbers. Their memory is bounded by what the archive says that it holds."""
-    arrays = {}
-    with zipfile.ZipFile(path) as archive:
-        for info in archive.infolist():
-            with archive.open(info) as file:
-                version = np.lib.format.read_magic(file)
-                read_header = (np.lib.format.read_array_header_1_0 if version == (1, 0)
-                               else np.lib.format.read_array_header_2_0)
-                shape, _, dtype = read_header(file)
-            count = 1
-            for side in shape:
-                count *= side
-            most = min(info.file_size, 1100 * info.compress_size)  # DEFLATE makes no more of it
-            if dtype.hasobject or count * dtype.itemsize > most:
-                raise ValueError(f"{info.filename} announces more than it holds")
-            if dtype.kind in "fiu":
-                with archive.open(info) as file:
-                    arrays[info.filename[:-len(".npy")]] = np.lib.format.read_array(
-                        file, allow_pickle=False)
-    return arrays
+class _Archive:
+    """The arrays of numbers in an .npz. ValueError, and what zipfile, zlib and NumPy raise, when it
+    is damaged, or holds far more than it has bytes."""
+
+    def __init__(self, path: str):
+        if not os.path.isfile(path):
+            raise ValueError("it is no regular file")
+        self._archive = zipfile.ZipFile(path)
+        entries = self._archive.infolist()
+        if sum(entry.file_size for entry in entries) > _MOST_RATIO * os.path.getsize(path):
+            raise ValueError(f"it holds more than {_MOST_RATIO} times its own bytes")
+        if len(entries) > _MOST_ARRAYS:
+            raise ValueError(f"it holds more than {_MOST_ARRAYS} arrays")
+        self._entries = {entry.filename[:-len(".npy")]: entry for entry in entries}
+        self._shapes = {}
+        for name, entry in self._entries.items():
+            shape = self._shape_of(entry)
+            if shape is not None:
+                self._shapes[name] = shape
+
+    def _shape_of(self, entry: zipfile.ZipInfo) -> Optional[Tuple[int, ...]]:
+        """None unless it is of numbers."""
+        with self._archive.open(entry) as file:
+            version = np.lib.format.read_magic(file)
+            read_header = (np.lib.format.read_array_header_1_0 if version == (1, 0)
+                           else np.lib.format.read_array_header_2_0)
+            shape, _, dtype = read_header(file)
+        if dtype.hasobject or min(shape, default=0) < 0 or (
+                math.prod(shape) * dtype.itemsize > entry.file_size):
+            raise ValueError(f"{entry.filename} announces more than it holds")
+        return shape if dtype.kind in "fiu" else None
+
+    def pick(self, names: Tuple[str, ...], dimensions: int) -> Optional[str]:
+        """The array with one of these names, else the only one of this shape."""
+        fitting = [key for key, shape in self._shapes.items()
+                   if len(shape) == dimensions and shape[-1] == 3]
+        named = [key for key in names if key in fitting]
+        return named[0] if named else fitting[0] if len(fitting) == 1 else None
+
+    def read(self, name: str) -> npt.NDArray:
+        with self._archive.open(self._entries[name]) as file:
+            return np.lib.format.read_array(file, allow_pickle=False)
 
 
-def _pick(arrays: Dict[str, npt.NDArray], names: Tuple[str, ...], dimensions: int) -> Optional[str]:
-    """The array with one of these names, else the only one of this shape."""
-    fitting = [key for key, array in arrays.items()
-               if array.ndim == dimensions and array.shape[-1] == 3]
-    named = [key for key in names if key in fitting]
-    return named[0] if named else fitting[0] if len(fitting) == 1 else None
+def _arrays_in(path: str) -> Tuple[Optional[npt.NDArray], Optional[npt.NDArray]]:
+    """Positions and faces. SequenceError when the archive is damaged."""
+    try:
+        archive = _Archive(path)
+        names = archive.pick(_POSITIONS, 3), archive.pick(_FACES, 2)
+        positions, faces = (None if name is None else archive.read(name) for name in names)
+        return positions, faces
+    except Exception as error:  # whatever zipfile, zlib and NumPy meet in damaged bytes
+        raise SequenceError(f"{path} cannot be read as .npz ({error}); "
+                            f"save it again with numpy.savez") from None
 
 
 def read_npz(path: str, name: str, unit: str, file_unit: str,
              mesh: Optional[Mesh]) -> ArraySequence:
     """With the faces of a mesh, or of its own. SequenceError when it is no such file, or does not
     fit the mesh."""
-    try:
-        arrays = _arrays_in(path)
-    except (OSError, ValueError, EOFError, MemoryError, zipfile.BadZipFile, struct.error,
-            NotImplementedError, RuntimeError) as error:
-        raise SequenceError(f"{path} cannot be read as .npz ({error}); "
-                            f"save it again with numpy.savez") from None
-    key = _pick(arrays, _POSITIONS, 3)
-    if key is None:
+    positions, faces = _arrays_in(path)
+    if positions is None:
         raise SequenceError(f"{path} has no array of the shape (frames, vertices, 3); save it with "
                             f"numpy.savez('{name}.npz', vertices=..., faces=...)")
-    positions = arrays.pop(key)
     if not positions.size:
-        raise SequenceError(f"{path} has no positions: {key} has the shape {positions.shape}; "
+        raise SequenceError(f"{path} has no positions: they have the shape {positions.shape}; "
                             f"export its frames again")
     if mesh is None:
-        faces = _pick(arrays, _FACES, 2)
         if faces is None:
             raise SequenceError(f"{path} has no array 'faces' of the shape (triangles, 3); add it, "
                                 f"or name a mesh file beside it: --moving {path} mesh.obj")
-        given = arrays[faces]
+        given = faces
     else:
         given = mesh.faces
         if positions.shape[1] != len(mesh.vertices):
@@ -126,11 +147,10 @@ def read_pc2(path: str, name: str, unit: str, file_unit: str, vertices: int,
     """A point cache, of a mesh with so many vertices. A file that ends early keeps its frames."""
     header = struct.Struct("<12siiffi")
     try:
-        with open(path, "rb") as file:
-            data = file.read()
+        data = _core._read_file(path)
         magic, _, count, start, rate, frames = header.unpack_from(data)
-    except OSError as error:
-        raise SequenceError(f"{path} cannot be read: {error.strerror}") from None
+    except MeshLoadError as error:
+        raise SequenceError(str(error)) from None
     except struct.error:
         raise SequenceError(f"{path} ends within its header; export it again") from None
     if not magic.startswith(b"POINTCACHE2") or count <= 0 or frames <= 0:

@@ -6,15 +6,12 @@ import threading
 from collections import Counter
 from typing import Dict, List, Literal, Optional, Sequence as Many, Tuple
 
-import numpy as np
-
 from .. import Mesh, MeshLoadError, load_mesh
-from ._frames import Floats, Frame, FrameError, Ints, Sequence, SequenceError, Shape
-from ._lengths import factor
+from ._frames import Floats, Frame, FrameError, Ints, Sequence, SequenceError, Shape, checked
+from ._lengths import METRES, factor
 from ._ply import layout_of
 
 _NUMBER = re.compile(r"(.*?)(\d+)(\D*)$")
-IN_METRES = (".dae", ".3mf", ".amf", ".fbx", ".gltf", ".glb")  # which declare their unit
 
 
 class Reading:
@@ -24,13 +21,15 @@ class Reading:
     def __init__(self, unit: str, file_unit: str, up: Optional[Literal["x", "y", "z"]] = None):
         self.unit, self.file_unit, self.up = unit, file_unit, up
 
-    def scale(self, path: str) -> float:
-        declares = path.lower().endswith(IN_METRES)
-        return factor("m" if declares else self.file_unit, self.unit)
+    @property
+    def scale(self) -> float:
+        """By which the numbers of files that declare no unit are multiplied."""
+        return factor(self.file_unit, self.unit)
 
     def mesh(self, path: str, weld: bool) -> Mesh:
         """MeshLoadError when the file cannot be used."""
-        return load_mesh(path, weld=weld, up=self.up, scale=self.scale(path))
+        return load_mesh(path, weld=weld, up=self.up, unit=METRES[self.unit],
+                         undeclared_unit=METRES[self.file_unit])
 
 
 def by_number(paths: Many[str]) -> Dict[Tuple[str, str], List[Tuple[int, str]]]:
@@ -100,11 +99,12 @@ class NumberedFiles(Sequence):
         for path in self.paths:
             try:
                 mesh = self._reading.mesh(path, weld=False)
-            except (MeshLoadError, OSError) as error:
+                checked(mesh.vertices, path)
+            except (MeshLoadError, FrameError, MemoryError) as error:
                 first_error = first_error or str(error)
                 continue
             self._shapes = [Shape(mesh.vertices, mesh.faces)]
-            self._layout = layout_of(path, mesh.vertices, self._reading.scale(path))
+            self._layout = layout_of(path, mesh.vertices, self._reading.scale)
             return
         raise SequenceError(f"no file of {self.name} can be read: {first_error}; export "
                             f"them again, as PLY, OBJ or STL")
@@ -118,12 +118,12 @@ class NumberedFiles(Sequence):
         try:
             if self._layout is not None:
                 positions = self._layout.read(path)
-                if positions is not None and np.isfinite(positions).all():
-                    return Frame(positions * self._reading.scale(path), self._shapes[0])
+                if positions is not None:
+                    return Frame(checked(positions * self._reading.scale, path), self._shapes[0])
             mesh = self._reading.mesh(path, weld=False)
-        except (MeshLoadError, OSError) as error:
+        except (MeshLoadError, MemoryError) as error:
             raise FrameError(f"{error}; export this frame again") from None
-        return Frame(mesh.vertices, self._shape_of(mesh.vertices, mesh.faces))
+        return Frame(checked(mesh.vertices, path), self._shape_of(mesh.vertices, mesh.faces))
 
     def _shape_of(self, positions: Floats, triangles: Ints) -> Shape:
         """One of the shapes that the sequence had, or a new one."""

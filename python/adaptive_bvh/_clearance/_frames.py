@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
+_LARGEST = 2.0**252  # coordinate of a DeformableMesh
 
 
 class FrameError(ValueError):
@@ -163,10 +164,11 @@ class Sequence:
 
 
 def checked(positions: Floats, label: str) -> Floats:
-    """The positions. FrameError when one is not finite."""
-    finite = np.isfinite(positions)
-    if not finite.all():
-        vertex = int(np.argmin(finite.all(axis=1)))
-        raise FrameError(f"vertex {vertex} of {label} is not a finite number; "
-                         f"export this frame again")
+    """The positions. FrameError when one is not finite, or too large for the library."""
+    usable = np.abs(positions) <= _LARGEST
+    if not usable.all():
+        vertex = int(np.argmin(usable.all(axis=1)))
+        place = positions[vertex]
+        wrong = "too large" if np.isfinite(place).all() else "not finite"
+        raise FrameError(f"vertex {vertex} of {label} is {wrong}; export this frame again")
     return positions

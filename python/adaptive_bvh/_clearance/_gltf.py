@@ -1,33 +1,44 @@
 """Sequences of a glTF animation: nodes that move, morph targets and skins, sampled at a rate."""
 
+import json
 from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from ._frames import Floats, Frame, Ints, Sequence, Shape, checked
-from ._gltf_document import Document
+from .. import MeshLoadError, _core
+from ._frames import Floats, Frame, Ints, Sequence, SequenceError, Shape, checked
+from ._lengths import factor
 
 _MOST_FRAMES = 100_000
-_WIDTHS = {"translation": "VEC3", "rotation": "VEC4", "scale": "VEC3", "weights": "SCALAR"}
+_FORMS = {"translation": "VEC3", "rotation": "VEC4", "scale": "VEC3", "weights": "SCALAR"}
+
+
+def item(values: Any, index: Any) -> Any:
+    """An element of a list of a document. IndexError when it has none."""
+    if not isinstance(values, list) or type(index) is not int or not 0 <= index < len(values):
+        raise IndexError(f"there is no element {index!r}")
+    return values[index]
 
 
 class _Channel:
     """How one property of a node changes with time."""
 
-    def __init__(self, document: Document, channel: Dict[str, Any], sampler: Dict[str, Any]):
-        target = channel["target"]
-        self.node, self.path = target["node"], target["path"]
+    def __init__(self, file: Any, channel: Dict[str, Any], samplers: Any):
+        """ValueError when its times or values do not fit."""
+        sampler = item(samplers, channel["sampler"])
+        self.node, self.path = channel["target"]["node"], channel["target"]["path"]
         self._kind = sampler.get("interpolation", "LINEAR")
-        self.times = document.accessor(sampler.get("input"), "SCALAR")[:, 0].astype(float)
-        values = document.accessor(sampler.get("output"), _WIDTHS[self.path]).astype(float)
+        self.times = file.numbers(sampler["input"], "SCALAR")[:, 0]
+        values = file.numbers(sampler["output"], _FORMS[self.path])
         parts = 3 if self._kind == "CUBICSPLINE" else 1
-        if self.path == "weights" and len(values) % (parts * len(self.times)) == 0:
-            values = values.reshape(parts * len(self.times), -1)
-        if len(values) != parts * len(self.times) or not (
+        rows = parts * len(self.times)
+        if not rows or values.size % rows or (self.path != "weights" and len(values) != rows) or not (
                 np.isfinite(values).all() and np.isfinite(self.times).all()
                 and (np.diff(self.times) > 0).all() and self.times[0] >= 0):
-            raise document.error("an animation has times or values that do not fit")
+            raise ValueError("an animation has times or values that do not fit")
         self._values = values.reshape(len(self.times), parts, -1)
+        if self.path == "rotation" and not self._values[:, parts // 2].any(axis=1).all():
+            raise ValueError("an animation has a rotation of length 0")
 
     def at(self, time: float) -> Floats:
         after = int(np.searchsorted(self.times, time, side="right"))
@@ -49,7 +60,7 @@ class _Channel:
         return (1 - t) * begin[0] + t * end[0]
 
     def _normal(self, value: Floats) -> Floats:
-        return value / np.linalg.norm(value) if self.path == "rotation" else value
+        return value / (np.linalg.norm(value) or 1.0) if self.path == "rotation" else value
 
 
 def _slerp(a: Floats, b: Floats, t: float) -> Floats:
@@ -66,65 +77,100 @@ def _slerp(a: Floats, b: Floats, t: float) -> Floats:
 
 
 def _rotation(q: Floats) -> Floats:
-    x, y, z, w = q / np.linalg.norm(q)
+    x, y, z, w = q / (np.linalg.norm(q) or 1.0)
     return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
                      [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
                      [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
 
 
-class _Skin(NamedTuple):
-    joints: List[int]
-    to_joint: Floats  # (joints, 4, 4), the inverse bind matrices
-    which: Ints  # (vertices, k), of the skin's joints
-    weights: Floats  # (vertices, k)
+class _Rest:
+    """Translation, rotation and scale of a node, where they are not animated."""
+
+    def __init__(self, node: Dict[str, Any]):
+        self._parts = {name: np.array(node.get(name, otherwise), float) for name, otherwise in (
+            ("translation", [0, 0, 0]), ("rotation", [0, 0, 0, 1]), ("scale", [1, 1, 1]))}
+
+    def moved(self, animated: Dict[str, Floats]) -> Floats:
+        """(4, 4), to the frame of the parent."""
+        parts = {**self._parts, **animated}
+        local = np.eye(4)
+        local[:3, :3] = _rotation(parts["rotation"]) * parts["scale"]
+        local[:3, 3] = parts["translation"]
+        return local
+
+
+class _Mesh(NamedTuple):
+    """The positions of a mesh, and what moves its vertices."""
+
+    positions: Floats
+    triangles: Ints
+    targets: List[List[Tuple[int, Floats]]]  # of each: first vertex and displacements of its parts
+    weights: List[float]  # of the targets
+    joints: Optional[Tuple[Ints, Floats]]  # (vertices, k), of the skin's joints; how much each counts
 
 
 class _Placed(NamedTuple):
-    """A primitive of a mesh, as a node places it."""
+    """A mesh, as a node places it."""
 
-    node: int
-    positions: Floats
-    targets: List[Floats]
-    weights: Floats
-    skin: Optional[_Skin]
+    placement: int
+    node: int  # of the document; -1: none
+    mesh: _Mesh
+    weights: List[float]  # of the morph targets, if they are not animated
+    skin: Optional[int]
+
+
+def gltf_sequence(path: str, name: str, rate: float, unit: str,
+                  up: Optional[str]) -> Optional["GltfSequence"]:
+    """None unless the file is a glTF document with an animation. SequenceError when it cannot be
+    used."""
+    try:
+        file = _core._open_gltf(path)
+    except (MeshLoadError, MemoryError):
+        return None  # the reader of numbered files says why
+    document = json.loads(file.json) if file is not None else {}
+    if not document.get("animations"):
+        return None
+    return GltfSequence(file, document, path, name, rate, factor("m", unit), up)
 
 
 class GltfSequence(Sequence):
     """The first animation of a document, `rate` frames a second, and one at its end."""
 
-    def __init__(self, path: str, name: str, rate: float, scale: float, up: Optional[str]):
-        self._document = document = Document(path)
-        self._scale, self._up = scale, up
+    def __init__(self, file: Any, document: Any, path: str, name: str, rate: float, scale: float,
+                 up: Optional[str]):
+        self._file, self._json, self._scale, self._up = file, document, scale, up
         try:
             self._open(path, name, rate)
-        except (TypeError, KeyError, IndexError, OverflowError, AttributeError) as error:
-            raise document.error(f"it is broken ({error})") from None
+        except MeshLoadError as error:
+            raise SequenceError(f"{error}; export it again as glTF 2") from None
+        except (TypeError, KeyError, ValueError, IndexError, OverflowError, AttributeError) as error:
+            raise SequenceError(f"{path}: it is broken ({error}); "
+                                f"export it again as glTF 2") from None
+        del self._file, self._json
 
     def _open(self, path: str, name: str, rate: float) -> None:
-        document = self._document
-        self._channels = self._read_channels()
+        animations = self._json["animations"]
+        self._channels = self._read_channels(animations[0])
         length = max((float(c.times[-1]) for c in self._channels), default=0.0)
         if length * rate >= _MOST_FRAMES:
-            raise document.error(f"its animation takes {length:g} s, more than {_MOST_FRAMES} "
-                                 f"frames; give a lower --rate")
+            raise ValueError(f"its animation takes {length:g} s, more than {_MOST_FRAMES} frames; "
+                             f"give a lower --rate")
         count = int(np.floor(length * rate * (1 + 1e-9))) + 1
         self._times = [i / rate for i in range(count)]
         if length > self._times[-1] * (1 + 1e-9):
             self._times.append(length)
         super().__init__(name, [float(i) for i in range(len(self._times))])
-        animations = document.list("animations")
         if len(animations) > 1:
             self.warnings.append(f"{path} has {len(animations)} animations, and the first one was "
                                  f"used; export the others one by one to check them, too")
-        self._order = self._ordered_nodes()
-        self._placed: List[_Placed] = []
-        triangles: List[Ints] = []
-        for node, _ in self._order:
-            self._place(node, triangles)
-        if not triangles:
-            raise document.error("it has no triangles")
-        self._triangles = np.concatenate(triangles)
-        self._shape = Shape(self._positions(0), self._triangles)
+        self._nodes = self._file.nodes
+        self._placements = self._file.placements.tolist()
+        self._rest = {c.node: _Rest(item(self._json["nodes"], c.node)) for c in self._channels}
+        self._skins: Dict[int, Tuple[Ints, Floats]] = {}  # placements of joints, inverse matrices
+        self._placed = self._place([self._mesh(*of) for of in self._file.meshes])
+        if not any(len(placed.mesh.triangles) for placed in self._placed):
+            raise ValueError("it has no triangles")
+        self._shape = Shape(self._positions(0), self._placed_triangles())
 
     @property
     def num_vertices(self) -> int:
@@ -136,168 +182,144 @@ class GltfSequence(Sequence):
 
     # ---- what is there -----------------------------------------------------------------------
 
-    def _read_channels(self) -> List[_Channel]:
-        document, channels = self._document, []
-        for animation in document.list("animations")[:1]:
-            if not isinstance(animation, dict):
-                raise document.error("an animation is no object")
-            samplers = document.list("samplers", animation)
-            for channel in document.list("channels", animation):
-                target = channel.get("target") if isinstance(channel, dict) else None
-                if not isinstance(target, dict) or target.get("path") not in _WIDTHS:
-                    continue  # of an extension
-                if "node" not in target:
-                    continue
-                document.item("nodes", target["node"])
-                sampler = channel.get("sampler")
-                if (not isinstance(sampler, int) or not 0 <= sampler < len(samplers)
-                        or not isinstance(samplers[sampler], dict)):
-                    raise document.error("an animation names a sampler that is not there")
-                channels.append(_Channel(document, channel, samplers[sampler]))
+    def _read_channels(self, animation: Dict[str, Any]) -> List[_Channel]:
+        """Those of nodes; an extension may move other things."""
+        channels = []
+        for channel in animation["channels"]:
+            target = channel["target"]
+            if "node" in target and target.get("path") in _FORMS:
+                if "matrix" in item(self._json["nodes"], target["node"]):
+                    raise ValueError(f"node {target['node']} has a matrix, and is animated")
+                channels.append(_Channel(self._file, channel, animation["samplers"]))
         return channels
 
-    def _ordered_nodes(self) -> List[Tuple[int, int]]:
-        """The nodes of the scene and the parent of each (-1: none), parents first."""
-        document = self._document
-        scenes = document.list("scenes")
-        nodes = document.list("nodes")
-        if scenes:
-            roots = document.list("nodes", document.item("scenes", document.json.get("scene", 0)))
-        else:
-            inner = {c for i in range(len(nodes))
-                     for c in document.list("children", document.item("nodes", i))
-                     if isinstance(c, int)}
-            roots = [i for i in range(len(nodes)) if i not in inner]
-        order: List[Tuple[int, int]] = [(root, -1) for root in roots]
-        seen = set()
-        for node, _ in order:
-            children = document.list("children", document.item("nodes", node))
-            if node in seen:
-                raise document.error(f"node {node} has two parents, or is its own descendant")
-            seen.add(node)
-            order.extend((child, node) for child in children)
-        return order
+    def _mesh(self, number: int, mesh: Any, parts: List[Tuple[int, int]]) -> _Mesh:
+        of = item(self._json["meshes"], number)
+        primitives = [of["primitives"][primitive] for _, primitive in parts]
+        lists = [primitive.get("targets", []) for primitive in primitives]
+        if any(len(targets) != len(lists[0]) for targets in lists):
+            raise ValueError(f"primitives of mesh {number} have different numbers of morph targets")
+        ends = [first for first, _ in parts[1:]] + [len(mesh.vertices)]
+        counts = [end - first for (first, _), end in zip(parts, ends)]
+        targets = [[(first, self._numbers(of_part[k]["POSITION"], "VEC3", count))
+                    for of_part, (first, _), count in zip(lists, parts, counts)
+                    if "POSITION" in of_part[k]] for k in range(len(lists[0]) if lists else 0)]
+        return _Mesh(mesh.vertices, mesh.faces, targets, of.get("weights", [0.0] * len(targets)),
+                     self._joints(primitives, counts))
 
-    def _place(self, node: int, triangles: List[Ints]) -> None:
-        document = self._document
-        of = document.item("nodes", node)
-        if "mesh" not in of:
-            return
-        mesh = document.item("meshes", of["mesh"])
-        for primitive in document.list("primitives", mesh):
-            if not isinstance(primitive, dict) or not isinstance(primitive.get("attributes"), dict):
-                raise document.error("a primitive has no attributes")
-            if primitive.get("mode", 4) not in (4, 5, 6):
-                continue  # points, lines
-            attributes = primitive["attributes"]
-            positions = document.accessor(attributes.get("POSITION"), "VEC3").astype(float)
-            first = sum(len(placed.positions) for placed in self._placed)
-            if first + len(positions) > max(500_000, document.bytes // 2):
-                raise document.error("its nodes place meshes too often")
-            targets = [document.accessor(target["POSITION"], "VEC3").astype(float)
-                       if isinstance(target, dict) and "POSITION" in target
-                       else np.zeros_like(positions)
-                       for target in document.list("targets", primitive)]
-            if any(len(target) != len(positions) for target in targets):
-                raise document.error("a morph target has another number of vertices")
-            weights = of.get("weights", mesh.get("weights"))
-            start = document.numbers({"weights": weights} if weights else {}, "weights",
-                                     len(targets), [0.0] * len(targets))
-            self._placed.append(_Placed(node, positions, targets, start,
-                                        self._skin(of, attributes, len(positions))))
-            triangles.append(first + self._corners(primitive, len(positions)))
+    def _numbers(self, accessor: Any, form: str, count: int) -> Floats:
+        numbers = self._file.numbers(accessor, form)
+        if len(numbers) != count:
+            raise ValueError("a morph target or joints are of another number of vertices")
+        return numbers
 
-    def _corners(self, primitive: Dict[str, Any], count: int) -> Ints:
-        if "indices" in primitive:
-            numbers = self._document.accessor(primitive["indices"], "SCALAR")[:, 0]
-            if numbers.dtype.kind != "u" or numbers.max() >= count:
-                raise self._document.error(f"a triangle names vertex {numbers.max()} of {count}")
-            numbers = numbers.astype(np.int64)
-        else:
-            numbers = np.arange(count)
-        mode = primitive.get("mode", 4)
-        if mode == 4:
-            return numbers[:len(numbers) // 3 * 3].reshape(-1, 3)
-        i = np.arange(len(numbers) - 2) if len(numbers) > 2 else np.arange(0)
-        if mode == 6:
-            return np.stack([numbers[i + 1], numbers[i + 2], np.full(len(i), numbers[0])], axis=1)
-        return np.stack([numbers[i], numbers[i + 1 + i % 2], numbers[i + 2 - i % 2]], axis=1)
-
-    def _skin(self, node: Dict[str, Any], attributes: Dict[str, Any],
-              count: int) -> Optional[_Skin]:
-        document = self._document
-        if "skin" not in node or "JOINTS_0" not in attributes:
+    def _joints(self, primitives: List[Dict[str, Any]],
+                counts: List[int]) -> Optional[Tuple[Ints, Floats]]:
+        """None unless joints move all vertices."""
+        sets = 0
+        while primitives and all(f"JOINTS_{sets}" in p["attributes"] and
+                                 f"WEIGHTS_{sets}" in p["attributes"] for p in primitives):
+            sets += 1
+        if not sets:
             return None
-        skin = document.item("skins", node["skin"])
-        joints = document.list("joints", skin)
-        for joint in joints:
-            document.item("nodes", joint)
-        to_joint = np.tile(np.eye(4), (len(joints), 1, 1))
+        joints, weights = (np.vstack([np.hstack([
+            self._numbers(p["attributes"][f"{name}_{k}"], "VEC4", count) for k in range(sets)])
+            for p, count in zip(primitives, counts)]) for name in ("JOINTS", "WEIGHTS"))
+        if not np.isfinite(weights).all():
+            raise ValueError("a weight of a joint is not finite")
+        joints = np.where(weights == 0, 0, joints)
+        if not ((joints >= 0) & (joints < 2**16)).all():
+            raise ValueError("a vertex names a joint that is not there")
+        return joints.astype(np.int64), weights
+
+    def _place(self, meshes: List[_Mesh]) -> List[_Placed]:
+        found: List[_Placed] = []
+        animated = {c.node: len(c.at(0.0)) for c in self._channels if c.path == "weights"}
+        for placement, (node, _) in enumerate(self._placements):
+            number, _, of_node, is_skinned = self._nodes[node]
+            of = item(self._json["nodes"], number) if number >= 0 else {}
+            for mesh in (meshes[m] for m in of_node):
+                weights = of.get("weights", mesh.weights)
+                count = len(mesh.targets)
+                if len(weights) != count or animated.get(number, count) != count:
+                    raise ValueError(f"node {number} has other weights than morph targets")
+                skin = self._skin(of["skin"], mesh) if is_skinned else None
+                found.append(_Placed(placement, number, mesh, weights, skin))
+        return found
+
+    def _skin(self, number: int, mesh: _Mesh) -> int:
+        if number not in self._skins:
+            self._skins[number] = self._read_skin(item(self._json["skins"], number))
+        joints = len(self._skins[number][0])
+        if mesh.joints is None or mesh.joints[0].max(initial=-1) >= joints:
+            raise ValueError(f"a vertex has no joint of the {joints} of skin {number}")
+        return number
+
+    def _read_skin(self, skin: Dict[str, Any]) -> Tuple[Ints, Floats]:
+        numbers = [self._nodes[node][0] for node, _ in self._placements]
+        where = {number: placement for placement, number in enumerate(numbers)}
+        if len(where) < len(numbers):
+            raise ValueError("a node has two parents, and there are skins")
+        joints = np.array([where[joint] for joint in skin["joints"]], np.int64)
+        inverse = np.tile(np.eye(4), (len(joints), 1, 1))
         if "inverseBindMatrices" in skin:
-            columns = document.accessor(skin["inverseBindMatrices"], "MAT4")
-            if len(columns) < len(joints):
-                raise document.error("a skin has too few inverse bind matrices")
-            to_joint = columns[:len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1)
-        which, weights = [], []
-        for i in range(len(attributes)):
-            if f"JOINTS_{i}" not in attributes or f"WEIGHTS_{i}" not in attributes:
-                break
-            which.append(document.accessor(attributes[f"JOINTS_{i}"], "VEC4").astype(np.int64))
-            weights.append(document.accessor(attributes[f"WEIGHTS_{i}"], "VEC4").astype(float))
-        if not which or any(len(rows) != count for rows in which + weights):
-            raise document.error("a skin has joints or weights for other vertices")
-        all_joints, all_weights = np.hstack(which), np.hstack(weights)
-        all_joints = np.where(all_weights == 0, 0, all_joints)
-        if not joints or all_joints.max() >= len(joints) or all_joints.min() < 0:
-            raise document.error(f"a vertex names joint {all_joints.max()} of {len(joints)}")
-        return _Skin(joints, to_joint, all_joints, all_weights)
+            columns = self._file.numbers(skin["inverseBindMatrices"], "MAT4")
+            inverse = columns[:len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1)
+        if len(inverse) < len(joints):
+            raise ValueError("a skin has too few inverse bind matrices")
+        return joints, inverse
+
+    def _placed_triangles(self) -> Ints:
+        """Those of nodes that are mirrored in the first frame are reversed, to face outside."""
+        worlds, first, triangles = self._worlds(0)[0], 0, []
+        for placed in self._placed:
+            mirrored = placed.skin is None and np.linalg.det(worlds[placed.placement][:3, :3]) < 0
+            corners = placed.mesh.triangles
+            triangles.append(first + (corners[:, [0, 2, 1]] if mirrored else corners))
+            first += len(placed.mesh.positions)
+        return np.concatenate(triangles)
 
     # ---- at a time ---------------------------------------------------------------------------
 
-    def _worlds(self, time: float) -> Tuple[Dict[int, Floats], Dict[int, Floats]]:
-        """Where each node is, (4, 4), and the weights of those that are animated."""
-        document = self._document
-        animated: Dict[Tuple[int, str], Floats] = {
-            (channel.node, channel.path): channel.at(time) for channel in self._channels}
-        worlds: Dict[int, Floats] = {-1: np.eye(4)}
-        for node, parent in self._order:
-            of = document.item("nodes", node)
-            if "matrix" in of:
-                local = document.numbers(of, "matrix", 16, []).reshape(4, 4).T
-            else:
-                def part(name: str, otherwise: List[float]) -> Floats:
-                    found = animated.get((node, name))
-                    if found is None:
-                        return document.numbers(of, name, len(otherwise), otherwise)
-                    return found
-                local = np.eye(4)
-                local[:3, :3] = _rotation(part("rotation", [0, 0, 0, 1])) * part("scale", [1, 1, 1])
-                local[:3, 3] = part("translation", [0, 0, 0])
-            worlds[node] = worlds[parent] @ local
-        return worlds, {node: w for (node, path), w in animated.items() if path == "weights"}
+    def _worlds(self, time: float) -> Tuple[Floats, Dict[int, Floats]]:
+        """Where each placement is, (4, 4), and the weights of nodes that are animated."""
+        animated: Dict[int, Dict[str, Floats]] = {}
+        for channel in self._channels:
+            animated.setdefault(channel.node, {})[channel.path] = channel.at(time)
+        worlds = np.empty((len(self._placements), 4, 4))
+        above: List[Floats] = [np.eye(4)]
+        for placement, (node, level) in enumerate(self._placements):
+            number, local, _, _ = self._nodes[node]
+            if number in animated:
+                local = self._rest[number].moved(animated[number])
+            worlds[placement] = above[level] @ local
+            above[level + 1:] = [worlds[placement]]
+        return worlds, {node: of["weights"] for node, of in animated.items() if "weights" in of}
 
+    @np.errstate(over="ignore", invalid="ignore")  # what is not finite is refused
     def _positions(self, time: float) -> Floats:
         worlds, weights = self._worlds(time)
+        skins = {number: worlds[joints] @ inverse
+                 for number, (joints, inverse) in self._skins.items()}
         parts = []
         for placed in self._placed:
-            points = placed.positions
-            now = weights.get(placed.node, placed.weights)
-            if len(now) != len(placed.targets):
-                raise self._document.error("an animation has other weights than morph targets")
-            for weight, target in zip(now, placed.targets):
-                points = points + weight * target
+            points = placed.mesh.positions
+            if placed.mesh.targets:
+                points = points.copy()
+                for weight, target in zip(weights.get(placed.node, placed.weights),
+                                          placed.mesh.targets):
+                    for first, displacements in target:
+                        points[first:first + len(displacements)] += weight * displacements
             if placed.skin is None:
-                matrix = worlds[placed.node]
+                matrix = worlds[placed.placement]
                 parts.append(points @ matrix[:3, :3].T + matrix[:3, 3])
                 continue
-            skin = placed.skin
-            if any(joint not in worlds for joint in skin.joints):
-                raise self._document.error("a joint is not in the scene")
-            matrices = np.stack([worlds[joint] for joint in skin.joints]) @ skin.to_joint
+            assert placed.mesh.joints is not None
+            joints, shares = placed.mesh.joints
             moved = np.zeros_like(points)
-            for k in range(skin.which.shape[1]):
-                m = matrices[skin.which[:, k]]
-                moved += skin.weights[:, k, None] * (
+            for k in range(joints.shape[1]):
+                m = skins[placed.skin][joints[:, k]]
+                moved += shares[:, k, None] * (
                     np.einsum("nij,nj->ni", m[:, :3, :3], points) + m[:, :3, 3])
             parts.append(moved)
         x, y, z = np.concatenate(parts).T * self._scale

@@ -4,16 +4,25 @@ import argparse
 import os
 from typing import List, Sequence as Many
 
-from ._files import IN_METRES, Reading
+from .. import MeshLoadError, _core
+from ._files import Reading
 from ._frames import Sequence, SequenceError
 from ._lengths import length_from, unit_from
-from ._opening import Part, distinct, expanded, extent_of, open_moving, open_part
+from ._opening import Part, distinct, expanded, extent_of, is_cache, open_moving, open_part
 from ._run import Outcome
 from ._settings import Settings
 
 
 class InputError(ValueError):
     """Nothing can be computed. Says what to do."""
+
+
+def _declares_unit(name: str) -> bool:
+    """Whether a file, or each file of a pattern, does. True for what cannot be read."""
+    try:
+        return all(not is_cache(path) and _core._declares_unit(path) for path in expanded([name]))
+    except (SequenceError, MeshLoadError, MemoryError):
+        return True
 
 
 class Inputs:
@@ -35,7 +44,7 @@ class Inputs:
         if self.arguments.unit:
             return unit_from(self.arguments.unit)
         names = paths + self.arguments.parts
-        return "m" if names and all(n.lower().endswith(IN_METRES) for n in names) else "mm"
+        return "m" if names and all(_declares_unit(name) for name in names) else "mm"
 
     def open_parts(self) -> List[Part]:
         arguments = self.arguments

@@ -9,8 +9,7 @@ from .. import DeformableMesh, MeshLoadError
 from ._arrays import read_npz, read_pc2
 from ._files import NumberedFiles, Reading, by_number, name_of
 from ._frames import Floats, Sequence, SequenceError
-from ._gltf import GltfSequence
-from ._gltf_document import Document
+from ._gltf import gltf_sequence
 
 
 class Part(NamedTuple):
@@ -57,16 +56,27 @@ def _stem(path: str) -> str:
     return os.path.splitext(os.path.basename(path))[0]
 
 
+def is_cache(path: str) -> bool:
+    """Whether a file holds the positions of all frames."""
+    return _suffix(path) in (".npz", ".pc2")
+
+
+def printable(name: str) -> str:
+    """The name without bytes and characters that cannot be printed."""
+    text = os.fsencode(name).decode("utf-8", "backslashreplace")
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
 def open_moving(names: Many[str], reading: Reading, rate: float) -> List[Sequence]:
     """The sequences of one --moving: mostly one; several if numbered files have different names."""
     paths = expanded(names)
-    caches = [path for path in paths if _suffix(path) in (".npz", ".pc2")]
+    caches = [path for path in paths if is_cache(path)]
     if caches:
         return [_open_cache(paths, caches, reading)]
-    if len(paths) == 1 and _suffix(paths[0]) in (".gltf", ".glb"):
-        path = paths[0]
-        if Document(path).list("animations"):
-            return [GltfSequence(path, _stem(path), rate, reading.scale(path), reading.up)]
+    if len(paths) == 1:
+        animation = gltf_sequence(paths[0], _stem(paths[0]), rate, reading.unit, reading.up)
+        if animation is not None:
+            return [animation]
     return [NumberedFiles(name_of(key), files, reading)
             for key, files in by_number(paths).items()]
 
@@ -81,7 +91,7 @@ def _open_cache(paths: List[str], caches: List[str], reading: Reading) -> Sequen
     if meshes:
         try:
             mesh = reading.mesh(meshes[0], weld=False)
-        except (MeshLoadError, OSError) as error:
+        except (MeshLoadError, MemoryError) as error:
             raise SequenceError(str(error)) from None
     if _suffix(cache) == ".npz":
         return read_npz(cache, _stem(cache), reading.unit, reading.file_unit, mesh)
@@ -98,15 +108,18 @@ def open_part(path: str, reading: Reading) -> Part:
         mesh = DeformableMesh(reading.mesh(path, weld=True))
         corners = mesh.vertices
         return Part(_stem(path), path, mesh, corners.min(axis=0), corners.max(axis=0))
-    except (MeshLoadError, OSError, ValueError) as error:
+    except MeshLoadError as error:
         raise SequenceError(f"{error}; this part is left out, export it again") from None
+    except (ValueError, MemoryError) as error:
+        raise SequenceError(f"{path}: {error}; this part is left out, export it again") from None
 
 
 def distinct(names: Many[str], otherwise: Optional[Many[str]] = None) -> List[str]:
-    """Names that tell bodies apart: those that come twice are numbered, or get another name."""
+    """Names that tell bodies apart, and can be printed: those that come twice are numbered, or get
+    another name."""
     result: List[str] = []
     for i, name in enumerate(names):
         if names.count(name) > 1:
             name = otherwise[i] if otherwise else f"{name} ({names[:i].count(name) + 1})"
-        result.append(name)
+        result.append(printable(name))
     return result

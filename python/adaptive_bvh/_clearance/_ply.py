@@ -4,6 +4,7 @@ from typing import Optional, Tuple
 
 import numpy as np
 
+from .. import _core
 from ._frames import Floats
 
 _TYPES = {"char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",
@@ -43,8 +44,7 @@ class PlyLayout:
 
     def __init__(self, path: str):
         """ValueError or KeyError when this file is not such a one."""
-        with open(path, "rb") as file:
-            data = file.read()
+        data = _core._read_file(path)
         self._lines, begin = _header(data)
         self._type, self._count = _layout(self._lines)
         self._bytes = self._count * self._type.itemsize
@@ -53,9 +53,9 @@ class PlyLayout:
             raise ValueError("no positions")
 
     def read(self, path: str) -> Optional[Floats]:
-        """The positions of a frame; None when its other bytes differ. OSError as open."""
-        with open(path, "rb") as file:
-            data = file.read()
+        """The positions of a frame; None when its other bytes differ. MeshLoadError when the file
+        cannot be read."""
+        data = _core._read_file(path)
         try:
             lines, begin = _header(data)
         except ValueError:
@@ -76,6 +76,6 @@ def layout_of(path: str, positions: Floats, scale: float) -> Optional[PlyLayout]
     try:
         layout = PlyLayout(path)
         found = layout.read(path)
-    except (ValueError, KeyError, IndexError, TypeError, OSError):
+    except (ValueError, KeyError, IndexError, TypeError):
         return None
     return layout if found is not None and np.array_equal(found * scale, positions) else None

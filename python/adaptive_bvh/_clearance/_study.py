@@ -215,7 +215,8 @@ def run_study(arguments: argparse.Namespace) -> int:
     _import_distributed()
     given = {key: value for key, value in vars(arguments).items() if key != "moving"}
     given["parts"] = [os.path.abspath(path) for path in expanded(arguments.parts)]
-    Inputs(argparse.Namespace(**given), motions[0].moving)  # checks the options
+    given["unit"] = Inputs(argparse.Namespace(**given), [  # of all motions; checks the options
+        body for motion in motions for body in motion.moving]).unit
     folder = arguments.results or os.path.splitext(arguments.study)[0]
     try:
         os.makedirs(folder, exist_ok=True)
