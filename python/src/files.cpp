@@ -29,11 +29,6 @@ auto readFrom(const std::string& path, const Read& read) {
   }
 }
 
-py::bytes readOf(const py::object& path) {
-  const std::string name = pathFrom(path);
-  return readFrom(name, [&] { return py::bytes(readFile(name)); });
-}
-
 bool declaresUnitOf(const py::object& path) {
   const std::string name = pathFrom(path);
   const py::gil_scoped_release nogil;
@@ -123,7 +118,6 @@ std::unique_ptr<GltfFile> openGltfOf(const py::object& path) {
 }  // namespace
 
 void bindFiles(py::module_& module) {
-  module.def("_read_file", &readOf, "path"_a, "The bytes of a regular file.");
   module.def("_declares_unit", &declaresUnitOf, "path"_a, "Whether a mesh file declares its unit.");
   module.def("_open_gltf", &openGltfOf, "path"_a, "A glTF file; None for other formats.");
   py::class_<GltfFile>(module, "_GltfFile")

@@ -11,7 +11,7 @@
 
 namespace adaptive_bvh {
 
-class GltfDocument;
+struct GltfDocument;
 
 /// \name One reader per format, each in its own file
 /// Readers take the bytes of a file, and return positions in double precision as the file has them.

@@ -56,15 +56,6 @@ std::vector<double> GltfAccessors::numbers(const Json& accessor, const std::stri
   return numbers;
 }
 
-std::vector<fcl::Vector3d> GltfAccessors::positions(const Json& accessor) {
-  const std::vector<double> numbers = this->numbers(accessor, "VEC3");
-  std::vector<fcl::Vector3d> positions;
-  positions.reserve(numbers.size() / 3);
-  for (std::size_t i = 0; i < numbers.size(); i += 3)
-    positions.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
-  return positions;
-}
-
 std::vector<std::size_t> GltfAccessors::indices(const Json* accessor, std::size_t vertices) {
   std::vector<std::size_t> indices;
   if (!accessor) {

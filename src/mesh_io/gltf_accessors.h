@@ -33,8 +33,6 @@ class GltfAccessors {
   /// element after the other. Normalized integers are from 0 to 1, signed ones from -1 to 1.
   std::vector<double> numbers(const Json& accessor, const std::string& form);
 
-  std::vector<fcl::Vector3d> positions(const Json& accessor);  ///< the positions of an accessor
-
   /// The indices of an accessor, each below `vertices`; if it is null, all vertices in order.
   std::vector<std::size_t> indices(const Json* accessor, std::size_t vertices);
 

@@ -17,43 +17,34 @@ bool isHarmless(const std::string& extension) {
   return false;
 }
 
-}  // namespace
-
-GltfDocument::GltfDocument(const std::string& bytes, NamedFiles files)
-    : GltfDocument(partsOf(bytes), std::move(files), bytes.size()) {}
-
-GltfDocument::GltfDocument(Parts parts, NamedFiles files, std::size_t bytes)
-    : json(parseStrictly(parts.json)),
-      accessors(json, GltfBuffers(std::move(parts.chunk), std::move(files)), bytes) {
-  for (const Json& extension : at(json, "extensionsRequired"))
-    if (extension.is_string() && !isHarmless(extension.get<std::string>()))
-      throw std::runtime_error("it requires the extension " + extension.get<std::string>() +
-                               ", which is not read");
-}
-
-// A binary file has a header of three words, then chunks of JSON and of bytes, each after its
-// length and its type. Version 1 is read as a single chunk of JSON, and bytes.
-GltfDocument::Parts GltfDocument::partsOf(const std::string& bytes) {
-  if (bytes.compare(0, 4, "glTF") != 0) return {bytes, ""};
+/// The JSON text of a file (number 0), or the buffer after it (1). A binary file has a header of
+/// three words, then chunks, each after its length and its type. Version 1 has a single chunk.
+std::string_view chunkOf(std::string_view bytes, std::size_t number) {
+  if (bytes.substr(0, 4) != "glTF") return bytes.substr(number == 0 ? 0 : bytes.size());
   if (bytes.size() < 20) throw std::runtime_error("its header does not end");
-  const bool is_old = wordAt(bytes, 4) == 1;
-  std::string parts[2];
   std::size_t at = 12;
-  for (std::string& part : parts) {
-    if (bytes.size() < at + 8) break;
+  for (std::size_t chunk = 0; bytes.size() >= at + 8; ++chunk) {
     const std::size_t length = wordAt(bytes, at);
     at += 8;
     if (length > bytes.size() - at)
       throw std::runtime_error("it announces a chunk of " + std::to_string(length) +
                                " bytes, and has " + std::to_string(bytes.size() - at));
-    part = bytes.substr(at, length);
+    if (chunk == number) return bytes.substr(at, length);
     at += length;
-    if (is_old) {
-      parts[1] = bytes.substr(at);
-      break;
-    }
+    if (wordAt(bytes, 4) == 1) return bytes.substr(at);
   }
-  return {std::move(parts[0]), std::move(parts[1])};
+  return "";
+}
+
+}  // namespace
+
+GltfDocument::GltfDocument(const std::string& bytes, NamedFiles files)
+    : json(parseStrictly(std::string(chunkOf(bytes, 0)))),
+      accessors(json, GltfBuffers(std::string(chunkOf(bytes, 1)), std::move(files)), bytes.size()) {
+  for (const Json& extension : at(json, "extensionsRequired"))
+    if (extension.is_string() && !isHarmless(extension.get<std::string>()))
+      throw std::runtime_error("it requires the extension " + extension.get<std::string>() +
+                               ", which is not read");
 }
 
 }  // namespace adaptive_bvh

@@ -9,8 +9,7 @@
 namespace adaptive_bvh {
 
 /// A glTF document, text or binary. Its JSON must satisfy `parseStrictly`.
-class GltfDocument {
- public:
+struct GltfDocument {
   /// Throws std::runtime_error if it is broken, or requires an extension that changes positions.
   GltfDocument(const std::string& bytes, NamedFiles files);
   GltfDocument(const GltfDocument&) = delete;  // `accessors` refers to `json`
@@ -18,14 +17,6 @@ class GltfDocument {
 
   const Json json;
   GltfAccessors accessors;
-
- private:
-  /// The parts of a file: its JSON text, and the buffer after it.
-  struct Parts {
-    std::string json, chunk;
-  };
-  GltfDocument(Parts parts, NamedFiles files, std::size_t bytes);
-  static Parts partsOf(const std::string& bytes);
 };
 
 /// The scene of a document, and the elements of the document that it consists of.

@@ -173,8 +173,9 @@ class GltfReader {
           first_vertices.emplace(sharedBy(primitive), mesh.vertices.size());
       if (is_new) {
         parts.push_back({mesh.vertices.size(), i});
-        const std::vector<fcl::Vector3d> positions = accessors_.positions(accessor);
-        mesh.vertices.insert(mesh.vertices.end(), positions.begin(), positions.end());
+        const std::vector<double> numbers = accessors_.numbers(accessor, "VEC3");
+        for (std::size_t k = 0; k < numbers.size(); k += 3)
+          mesh.vertices.emplace_back(numbers[k], numbers[k + 1], numbers[k + 2]);
       }
       addTriangles(primitive, mode, first->second, countAt(accessor, "count"), mesh);
     }

@@ -9,7 +9,7 @@ from typing import List, Optional, Tuple
 import numpy as np
 import numpy.typing as npt
 
-from .. import Mesh, MeshLoadError, _core
+from .. import Mesh
 from ._frames import Frame, FrameError, Ints, Sequence, SequenceError, Shape, checked
 from ._lengths import factor
 
@@ -146,11 +146,14 @@ def read_pc2(path: str, name: str, unit: str, file_unit: str, vertices: int,
              triangles: Ints) -> ArraySequence:
     """A point cache, of a mesh with so many vertices. A file that ends early keeps its frames."""
     header = struct.Struct("<12siiffi")
+    if not os.path.isfile(path):
+        raise SequenceError(f"{path} is no regular file; name one")
     try:
-        data = _core._read_file(path)
+        with open(path, "rb") as file:
+            data = file.read()
         magic, _, count, start, rate, frames = header.unpack_from(data)
-    except MeshLoadError as error:
-        raise SequenceError(str(error)) from None
+    except OSError as error:
+        raise SequenceError(f"{path} cannot be read: {error.strerror}") from None
     except struct.error:
         raise SequenceError(f"{path} ends within its header; export it again") from None
     if not magic.startswith(b"POINTCACHE2") or count <= 0 or frames <= 0:

@@ -15,6 +15,16 @@ from ._opening import Part
 _MOST_TRIANGLES = 320  # of a chunk
 
 
+def _distinct(triangles: Ints) -> Ints:
+    """The numbers of triangles without those that have the corners of an earlier one, because 2,000
+    equal triangles would take 2,000 times as long."""
+    corners = np.sort(triangles, axis=1)
+    order = np.lexsort(corners.T)  # stable: equal ones stay in their order
+    is_first = np.ones(len(order), bool)
+    is_first[1:] = (corners[order][1:] != corners[order][:-1]).any(axis=1)
+    return np.sort(order[is_first])
+
+
 def _split(centres: Floats, triangles: Ints, chunks: List[Ints]) -> None:
     """Halves the triangles along the longest side of their box until they are few."""
     if len(triangles) <= _MOST_TRIANGLES:
@@ -34,7 +44,7 @@ class Chunks:
     def __init__(self, topology: Topology):
         corners, vertices = topology.triangles, topology.first
         self.triangles: List[Ints] = []  # numbers of each chunk's triangles
-        _split(vertices[corners].mean(axis=1), np.arange(len(corners)), self.triangles)
+        _split(vertices[corners].mean(axis=1), _distinct(corners), self.triangles)
         self.vertices: List[Ints] = []  # numbers of each chunk's vertices
         self.meshes: List[DeformableMesh] = []
         for numbers in self.triangles:

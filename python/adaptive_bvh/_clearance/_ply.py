@@ -1,10 +1,10 @@
 """Frames in binary PLY that differ from the first one in their positions alone."""
 
+import os
 from typing import Optional, Tuple
 
 import numpy as np
 
-from .. import _core
 from ._frames import Floats
 
 _TYPES = {"char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",
@@ -44,7 +44,8 @@ class PlyLayout:
 
     def __init__(self, path: str):
         """ValueError or KeyError when this file is not such a one."""
-        data = _core._read_file(path)
+        with open(path, "rb") as file:
+            data = file.read()
         self._lines, begin = _header(data)
         self._type, self._count = _layout(self._lines)
         self._bytes = self._count * self._type.itemsize
@@ -53,12 +54,14 @@ class PlyLayout:
             raise ValueError("no positions")
 
     def read(self, path: str) -> Optional[Floats]:
-        """The positions of a frame; None when its other bytes differ. MeshLoadError when the file
-        cannot be read."""
-        data = _core._read_file(path)
+        """The positions of a frame; None when its other bytes differ, or it is no regular file."""
+        if not os.path.isfile(path):
+            return None
         try:
+            with open(path, "rb") as file:
+                data = file.read()
             lines, begin = _header(data)
-        except ValueError:
+        except (ValueError, OSError):
             return None
         if lines != self._lines or len(data) != begin + self._bytes + len(self._rest):
             return None
@@ -76,6 +79,6 @@ def layout_of(path: str, positions: Floats, scale: float) -> Optional[PlyLayout]
     try:
         layout = PlyLayout(path)
         found = layout.read(path)
-    except (ValueError, KeyError, IndexError, TypeError):
+    except (ValueError, KeyError, IndexError, TypeError, OSError):
         return None
     return layout if found is not None and np.array_equal(found * scale, positions) else None
