@@ -11,6 +11,7 @@
 #include "bind.h"
 #include "mesh_io/formats.h"
 #include "mesh_io/gltf_document.h"
+#include "mesh_io/printable.h"
 #include "meshes.h"
 #include "results.h"
 
@@ -118,6 +119,9 @@ std::unique_ptr<GltfFile> openGltfOf(const py::object& path) {
 }  // namespace
 
 void bindFiles(py::module_& module) {
+  module.def(
+      "_printable", [](const py::object& name) { return printable(pathFrom(name)); }, "name"_a,
+      "A file name in UTF-8: other bytes and control characters become a code such as \"\\xE9\".");
   module.def("_declares_unit", &declaresUnitOf, "path"_a, "Whether a mesh file declares its unit.");
   module.def("_open_gltf", &openGltfOf, "path"_a, "A glTF file; None for other formats.");
   py::class_<GltfFile>(module, "_GltfFile")

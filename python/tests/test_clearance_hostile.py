@@ -28,13 +28,13 @@ METRES = Reading("m", "m")
 
 # Opens a moving body in another process, reads its frames, and prints why not.
 OPENS = """
-import resource, sys, time
+import resource, sys
 from adaptive_bvh._clearance._files import Reading
 from adaptive_bvh._clearance._opening import open_moving
 before = resource.getrusage(resource.RUSAGE_SELF)
 try:
-    sequence, = open_moving(sys.argv[1:], Reading("m", "m"), 30.0)
-    for frame in range(len(sequence)):
+    sequence, = open_moving(sys.argv[2:], Reading("m", "m"), 30.0)
+    for frame in range(len(sequence))[:int(sys.argv[1])]:
         sequence.read(frame)
 except ValueError as error:
     print(error)
@@ -43,12 +43,12 @@ print(after.ru_utime - before.ru_utime, (after.ru_maxrss - before.ru_maxrss) / 1
 """
 
 
-def opened_within_limits(*paths):
+def opened_within_limits(*paths, frames=1000):
     """Why files were refused, or "": in at most a second and 100 MB for each megabyte that is begun
     (threefold: a busy processor)."""
     megabytes = sum(1 + os.path.getsize(path) // 10**6 for path in paths)
     found = subprocess.run(
-        [sys.executable, "-c", OPENS, *map(str, paths)], capture_output=True, text=True, timeout=60,
+        [sys.executable, "-c", OPENS, str(frames), *map(str, paths)], capture_output=True, text=True, timeout=60,
         env={**os.environ, "PYTHONPATH": str(pathlib.Path(ab.__file__).parent.parent)})
     assert found.returncode == 0, found.stderr
     *reason, cost = found.stdout.splitlines()
@@ -164,9 +164,9 @@ def test_names_that_are_not_utf8(run, tmp_path):  # noqa: F811
                 tmp_path / os.fsdecode(b"p\xe9\n.ply"), tmp_path / "a" / os.fsdecode(b"p\xe9.ply"),
                 "--report", tmp_path / "page.html")
     assert found.status == 0 and found.errors == []
-    assert {row["moving"] for row in found.rows} == {"h\\xe9"}
-    assert {row["part"] for row in found.rows} == {"p\\xe9\\n", "p\\xe9"}
-    assert "p\\xe9\\n" in found.out
+    assert {row["moving"] for row in found.rows} == {"h\\xE9"}
+    assert {row["part"] for row in found.rows} == {"p\\xE9\\x0A", "p\\xE9"}
+    assert "p\\xE9\\x0A" in found.out
 
 
 # ---- glTF ----------------------------------------------------------------------------------------
@@ -216,6 +216,35 @@ def test_many_equal_triangles(tmp_path):
     assert opened_within_limits(tmp_path / "equal.glb") == ""
     sequence = expect_alike(tmp_path / "equal.glb")
     assert sequence.num_vertices == 3 and len(sequence.read(0).shape.triangles) == 2000
+
+
+@pytest.mark.parametrize("kind", ["nodes", "placements", "skins", "targets", "channels"])
+def test_documents_of_many_elements(tmp_path, kind):
+    """Of a megabyte each."""
+    document = moving_gltf([{"mesh": 0, "children": [1]}, {}])
+    nodes, mesh = document.json["nodes"], document.json["meshes"][0]
+    if kind == "nodes":
+        nodes[0]["children"] = list(range(1, 90_000))
+        nodes += [{} for _ in range(90_000)]
+    elif kind == "placements":
+        nodes[0]["children"] = [1] * 19_000
+        nodes[1]["mesh"] = 0
+    elif kind == "skins":
+        document.json["skins"] = [{"joints": [1] * 20} for _ in range(8_000)]
+        mesh["primitives"][0]["attributes"].update(
+            JOINTS_0=document.add(np.zeros((3, 4)), "VEC4", 5123),
+            WEIGHTS_0=document.add([[1, 0, 0, 0]] * 3, "VEC4"))
+        nodes[0]["children"] = list(range(1, 8_001))
+        nodes += [{"mesh": 0, "skin": k} for k in range(8_000)]
+    elif kind == "targets":
+        mesh["primitives"] = [{"attributes": {"POSITION": 0, "WEIGHTS_0": k}, "targets": [{}] * 90}
+                              for k in range(2_000)]
+    else:
+        channel = document.json["animations"][0]["channels"][0]
+        document.json["animations"][0]["channels"] = [channel] * 12_000
+    document.write(tmp_path / "a.glb")
+    assert os.path.getsize(tmp_path / "a.glb") < 10**6 + 200_000
+    opened_within_limits(tmp_path / "a.glb", frames=2)
 
 
 def test_equal_triangles_are_asked_once(run, tmp_path):  # noqa: F811

@@ -166,6 +166,8 @@ class GltfSequence(Sequence):
         self._nodes = self._file.nodes
         self._placements = self._file.placements.tolist()
         self._rest = {c.node: _Rest(item(self._json["nodes"], c.node)) for c in self._channels}
+        self._where = {self._nodes[node][0]: placement  # of nodes of the document
+                       for placement, (node, _) in enumerate(self._placements)}
         self._skins: Dict[int, Tuple[Ints, Floats]] = {}  # placements of joints, inverse matrices
         self._placed = self._place([self._mesh(*of) for of in self._file.meshes])
         if not any(len(placed.mesh.triangles) for placed in self._placed):
@@ -256,11 +258,9 @@ class GltfSequence(Sequence):
         return number
 
     def _read_skin(self, skin: Dict[str, Any]) -> Tuple[Ints, Floats]:
-        numbers = [self._nodes[node][0] for node, _ in self._placements]
-        where = {number: placement for placement, number in enumerate(numbers)}
-        if len(where) < len(numbers):
+        if len(self._where) < len(self._placements):
             raise ValueError("a node has two parents, and there are skins")
-        joints = np.array([where[joint] for joint in skin["joints"]], np.int64)
+        joints = np.array([self._where[joint] for joint in skin["joints"]], np.int64)
         inverse = np.tile(np.eye(4), (len(joints), 1, 1))
         if "inverseBindMatrices" in skin:
             columns = self._file.numbers(skin["inverseBindMatrices"], "MAT4")

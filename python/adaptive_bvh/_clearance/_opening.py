@@ -5,7 +5,7 @@ import os
 from collections import Counter
 from typing import List, NamedTuple, Optional, Sequence as Many
 
-from .. import DeformableMesh, MeshLoadError
+from .. import DeformableMesh, MeshLoadError, _core
 from ._arrays import read_npz, read_pc2
 from ._files import NumberedFiles, Reading, by_number, name_of
 from ._frames import Floats, Sequence, SequenceError
@@ -59,12 +59,6 @@ def _stem(path: str) -> str:
 def is_cache(path: str) -> bool:
     """Whether a file holds the positions of all frames."""
     return _suffix(path) in (".npz", ".pc2")
-
-
-def printable(name: str) -> str:
-    """The name without bytes and characters that cannot be printed."""
-    text = os.fsencode(name).decode("utf-8", "backslashreplace")
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def open_moving(names: Many[str], reading: Reading, rate: float) -> List[Sequence]:
@@ -121,5 +115,5 @@ def distinct(names: Many[str], otherwise: Optional[Many[str]] = None) -> List[st
     for i, name in enumerate(names):
         if names.count(name) > 1:
             name = otherwise[i] if otherwise else f"{name} ({names[:i].count(name) + 1})"
-        result.append(printable(name))
+        result.append(_core._printable(name))
     return result
