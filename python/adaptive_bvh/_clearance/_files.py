@@ -6,7 +6,7 @@ import threading
 from collections import Counter
 from typing import Dict, List, Literal, Optional, Sequence as Many, Tuple
 
-from .. import Mesh, MeshLoadError, load_mesh
+from .. import Mesh, MeshLoadError, _core, load_mesh
 from ._frames import Floats, Frame, FrameError, Ints, Sequence, SequenceError, Shape, checked
 from ._lengths import METRES, factor
 from ._ply import layout_of
@@ -22,9 +22,14 @@ class Reading:
         self.unit, self.file_unit, self.up = unit, file_unit, up
 
     @property
-    def scale(self) -> float:
+    def undeclared_scale(self) -> float:
         """By which the numbers of files that declare no unit are multiplied."""
         return factor(self.file_unit, self.unit)
+
+    def scale(self, path: str) -> float:
+        """By which lengths that belong to a mesh file are multiplied: metres if it declares a unit.
+        MeshLoadError when it cannot be read."""
+        return factor("m", self.unit) if _core._declares_unit(path) else self.undeclared_scale
 
     def mesh(self, path: str, weld: bool) -> Mesh:
         """MeshLoadError when the file cannot be used."""
@@ -104,7 +109,7 @@ class NumberedFiles(Sequence):
                 first_error = first_error or str(error)
                 continue
             self._shapes = [Shape(mesh.vertices, mesh.faces)]
-            self._layout = layout_of(path, mesh.vertices, self._reading.scale)
+            self._layout = layout_of(path, mesh.vertices, self._reading.undeclared_scale)
             return
         raise SequenceError(f"no file of {self.name} can be read: {first_error}; export "
                             f"them again, as PLY, OBJ or STL")
@@ -114,12 +119,12 @@ class NumberedFiles(Sequence):
         return self._shapes[0].count
 
     def read(self, frame: int) -> Frame:
-        path = self.paths[frame]
+        path, scale = self.paths[frame], self._reading.undeclared_scale
         try:
             if self._layout is not None:
                 positions = self._layout.read(path)
                 if positions is not None:
-                    return Frame(checked(positions * self._reading.scale, path), self._shapes[0])
+                    return Frame(checked(positions * scale, path), self._shapes[0])
             mesh = self._reading.mesh(path, weld=False)
         except (MeshLoadError, MemoryError) as error:
             raise FrameError(f"{error}; export this frame again") from None
