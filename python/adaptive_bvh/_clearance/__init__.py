@@ -5,8 +5,10 @@
 | `_arguments`, `_lengths` | the command line; lengths with units |
 | `_inputs`, `_opening` | what the arguments name, opened: which files are a body or a part |
 | `_frames` | a frame of a sequence, and how its vertices are joined |
+| `_rotations` | rotations of bodies, screws |
 | `_files`, `_ply` | sequences of numbered files |
 | `_arrays`, `_gltf`, `_gltf_document` | sequences in one file: .npz, .pc2, animations of glTF |
+| `_poses` | a mesh and its poses |
 | `_motion` | the queries between two frames |
 | `_search`, `_couples` | the search over all frames: of a body and the parts, of two moving bodies |
 | `_settings`, `_results` | what a search is asked for, and what it finds |
@@ -16,6 +18,6 @@
 | `_study`, `_study_page` | many motions, on Dask |
 """
 
-from ._command import main
+from ._command import main, put
 
-__all__ = ["main"]
+__all__ = ["main", "put"]

@@ -11,11 +11,13 @@ from ._lengths import METRES
 
 _EPILOG = """\
 A moving body is a sequence: numbered files of any format that load_mesh reads (hose_0001.ply, ...),
-an .npz with arrays 'vertices' (frames, vertices, 3) and 'faces', a .pc2 and the mesh beside it, or
-a glTF file with an animation. Between two frames every vertex moves on a straight line; the answer
-holds for all times in between, not for the frames alone.
+an .npz with arrays 'vertices' (frames, vertices, 3) and 'faces', a .pc2 and the mesh beside it, a
+glTF file with an animation, or a mesh and its poses. Between two frames every vertex moves on a
+straight line, and a body with poses on a screw; the answer holds for all times in between, not for
+the frames alone.
 
-exit status: 0 the clearance is kept, 1 it is not, 2 wrong or incomplete input, 130 Ctrl-C
+exit status: 0 the clearance is kept, 1 it is not, 2 wrong or incomplete input, 3 interrupted,
+4 a mistake of the tool itself
 
 example:
   adaptive_bvh clearance --moving 'hose_*.ply' --parts bay/*.stl --clearance 5mm \\
@@ -53,6 +55,16 @@ class _Length(argparse.Action):
         setattr(namespace, self.dest, " ".join(values))
 
 
+class _Poses(argparse.Action):
+    """A table of poses: one more file of the last body."""
+
+    def __call__(self, parser, namespace, values, option_string=None):
+        if not namespace.moving or not values.lower().endswith(".csv"):
+            parser.error(f"--poses {values} stands alone, or is no .csv file; write it after the mesh "
+                         f"that it moves: --moving hose.stl --poses hose.csv")
+        namespace.moving[-1].append(values)
+
+
 def parser() -> argparse.ArgumentParser:
     top = _Parser(prog="adaptive_bvh", description="Exact distances of moving triangle meshes.",
                   epilog="all options: adaptive_bvh clearance --help")
@@ -67,6 +79,10 @@ def parser() -> argparse.ArgumentParser:
     add = tool.add_argument
     add("--moving", nargs="+", action="append", metavar="FILE", default=[],
         help="the frames of a moving body, in the order of their numbers; once for each body")
+    add("--poses", metavar="FILE", action=_Poses, dest="moving",
+        help="the poses of the body named before, which is one mesh then: a CSV file whose first "
+             "line names the columns t,x,y,z,qw,qx,qy,qz in their order; x, y, z in the unit of the "
+             "mesh. Between two poses the body goes on a screw")
     add("--parts", nargs="+", action="extend", metavar="FILE", default=[],
         help="the parts around, which stand still; one part a file")
     add("--clearance", metavar="LENGTH", nargs="+", action=_Length, default="0",
@@ -95,5 +111,6 @@ def parser() -> argparse.ArgumentParser:
         help="where a study keeps the result of each motion; default: FILE without .csv")
     add("--scheduler", metavar="ADDRESS",
         help="Dask's scheduler for a study, such as tcp://host:8786; default: local processes")
+    tool._negative_number_matcher = re.compile(r"-\.?\d")  # -5mm is a length, no option
     top.known = re.findall(r"--[\w-]+", tool.format_usage())
     return top

@@ -34,7 +34,7 @@ class Inputs:
         """That of --unit; else metres if all files declare their unit, else millimetres."""
         if self.arguments.unit:
             return unit_from(self.arguments.unit)
-        names = paths + self.arguments.parts
+        names = [n for n in paths + self.arguments.parts if not n.lower().endswith(".csv")]
         return "m" if names and all(n.lower().endswith(IN_METRES) for n in names) else "mm"
 
     def open_parts(self) -> List[Part]:

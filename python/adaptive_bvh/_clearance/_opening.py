@@ -11,6 +11,7 @@ from ._files import NumberedFiles, Reading, by_number, name_of
 from ._frames import Floats, Sequence, SequenceError
 from ._gltf import GltfSequence
 from ._gltf_document import Document
+from ._poses import PosedBody
 
 
 class Part(NamedTuple):
@@ -60,7 +61,7 @@ def _stem(path: str) -> str:
 def open_moving(names: Many[str], reading: Reading, rate: float) -> List[Sequence]:
     """The sequences of one --moving: mostly one; several if numbered files have different names."""
     paths = expanded(names)
-    caches = [path for path in paths if _suffix(path) in (".npz", ".pc2")]
+    caches = [path for path in paths if _suffix(path) in (".npz", ".pc2", ".csv")]
     if caches:
         return [_open_cache(paths, caches, reading)]
     if len(paths) == 1 and _suffix(paths[0]) in (".gltf", ".glb"):
@@ -88,6 +89,8 @@ def _open_cache(paths: List[str], caches: List[str], reading: Reading) -> Sequen
     if mesh is None:
         raise SequenceError(f"{cache} holds positions only; name its mesh beside it: "
                             f"--moving {cache} mesh.obj")
+    if _suffix(cache) == ".csv":
+        return PosedBody(_stem(meshes[0]), cache, mesh, reading.scale(meshes[0]))
     return read_pc2(cache, _stem(cache), reading.unit, reading.file_unit, len(mesh.vertices),
                     mesh.faces)
 
