@@ -4,7 +4,7 @@ import os
 import signal
 import sys
 
-from ._clearance import main, put
+from ._clearance import main
 from ._clearance._run import INTERRUPTED
 
 
@@ -28,7 +28,6 @@ def run():
         finally:
             for number in signals:
                 signal.signal(number, _leave)
-            put("", sys.stdout, end="")  # what argparse printed
     except KeyboardInterrupt:
         status = INTERRUPTED
     sys.exit(status)

@@ -199,16 +199,20 @@ void bindUpdates(Class& mesh) {
            docs::kQueryThreads);
 }
 
-/// Raises OSError by errno, or KeyboardInterrupt if Ctrl-C ended the wait for the other end of a pipe.
+/// Raises OSError by errno, or KeyboardInterrupt if Ctrl-C ended the wait for the other end of a
+/// pipe.
 [[noreturn]] void raiseForFile(const py::object& path) {
   if (errno != EINTR || PyErr_CheckSignals() == 0)
     PyErr_SetFromErrnoWithFilenameObject(PyExc_OSError, path.ptr());
   throw py::error_already_set();
 }
 
+/// Writes a file while other threads of Python run: one of them may read a pipe.
 void writeTo(const py::object& path, const std::function<void(std::ostream&)>& write) {
+  const std::string name = pathFrom(path);
   try {
-    writeFile(pathFrom(path), write);
+    const py::gil_scoped_release nogil;
+    writeFile(name, write);
   } catch (const std::system_error& error) {
     errno = error.code().value();
     raiseForFile(path);
@@ -216,7 +220,10 @@ void writeTo(const py::object& path, const std::function<void(std::ostream&)>& w
 }
 
 void saveToFile(const LockedMesh& mesh, const py::object& path) {
-  writeTo(path, [&](std::ostream& out) { mesh.save(out); });
+  writeTo(path, [&](std::ostream& out) {
+    const py::gil_scoped_acquire gil;
+    mesh.save(out);
+  });
 }
 
 /// For the package's own Python.

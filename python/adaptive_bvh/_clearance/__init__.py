@@ -18,6 +18,6 @@
 | `_study`, `_study_page` | many motions, on Dask |
 """
 
-from ._command import main, put
+from ._command import main
 
-__all__ = ["main", "put"]
+__all__ = ["main"]

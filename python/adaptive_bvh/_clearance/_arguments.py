@@ -4,10 +4,12 @@ import argparse
 import difflib
 import os
 import re
+import sys
 from typing import List
 
 from .. import __version__
 from ._lengths import METRES
+from ._progress import put
 
 _EPILOG = """\
 A moving body is a sequence: numbered files of any format that load_mesh reads (hose_0001.ply, ...),
@@ -43,6 +45,9 @@ class _Parser(argparse.ArgumentParser):
         if unknown:
             self.error(f"{unknown[0]} belongs to no option; name files after --moving or --parts")
         return given
+
+    def _print_message(self, message, file=None):
+        put(message or "", file or sys.stderr, end="")
 
     def error(self, message):
         self.exit(2, f"error: {message} (all options: adaptive_bvh clearance --help)\n")

@@ -4,7 +4,7 @@ import argparse
 import os
 import sys
 import traceback
-from typing import Callable, Dict, List, Optional, Sequence as Many, TextIO
+from typing import Callable, Dict, List, Optional, Sequence as Many
 
 from .. import __version__
 from ._arguments import parser
@@ -12,19 +12,9 @@ from ._frames import Sequence, SequenceError
 from ._inputs import InputError, Inputs
 from ._lengths import LengthError
 from ._opening import Part
-from ._progress import Progress
+from ._progress import Progress, put
 from ._run import INTERNAL, INTERRUPTED, WRONG_INPUT, Outcome, check, num_steps
 from ._table import Numbering, checked_text, csv_text, headline, text_table, write_whole
-
-
-def put(text: str, stream: TextIO, end: str = "\n") -> None:
-    """Prints as far as somebody reads it: `| head` may not."""
-    try:
-        print(text, end=end, file=stream, flush=True)
-    except OSError as error:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())  # for what is left to print
-        if not isinstance(error, BrokenPipeError):
-            raise
 
 
 def say(text: str) -> None:

@@ -19,11 +19,11 @@ from multiprocessing import resource_tracker
 from typing import Any, Dict, List, NamedTuple, Tuple
 
 from .. import __version__
-from ._command import internal, put, say, written
+from ._command import internal, say, written
 from ._frames import SequenceError
 from ._inputs import InputError, Inputs
 from ._opening import Part, expanded
-from ._progress import Progress
+from ._progress import Progress, put
 from ._run import INTERNAL, INTERRUPTED, KEPT, VIOLATED, WRONG_INPUT, check
 from ._table import Numbering, csv_rows, headline, write_whole
 from ._table import COLUMNS as _PAIR_COLUMNS
