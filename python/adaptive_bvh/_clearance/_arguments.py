@@ -84,10 +84,10 @@ def parser() -> argparse.ArgumentParser:
     add = tool.add_argument
     add("--moving", nargs="+", action="append", metavar="FILE", default=[],
         help="the frames of a moving body, in the order of their numbers; once for each body")
-    add("--poses", metavar="FILE", action=_Poses, dest="moving",
+    add("--poses", metavar="FILE", action=_Poses, dest="moving", default=argparse.SUPPRESS,
         help="the poses of the body named before, which is one mesh then: a CSV file whose first "
              "line names the columns t,x,y,z,qw,qx,qy,qz in their order; x, y, z in the unit of the "
-             "mesh. Between two poses the body goes on a screw")
+             "mesh, in the axes of --up. Between two poses the body goes on a screw")
     add("--parts", nargs="+", action="extend", metavar="FILE", default=[],
         help="the parts around, which stand still; one part a file")
     add("--clearance", metavar="LENGTH", nargs="+", action=_Length, default="0",
@@ -104,7 +104,7 @@ def parser() -> argparse.ArgumentParser:
     add("--ignore", nargs="+", action="extend", metavar="PAIR", default=[],
         help="leaves pairs out: PART or MOVING:PART, with * and ?, such as 'hose:clip_*'")
     add("--tolerance", metavar="LENGTH", nargs="+", action=_Length,
-        help="between the bounds of the least clearances; default: a thousandth of the clearance")
+        help="between the bounds of each least clearance; default: a thousandth of the clearance")
     add("--rate", type=float, default=30.0, metavar="N",
         help="frames a second in which animations of glTF are sampled; default: 30")
     add("--threads", type=int, default=min(2, os.cpu_count() or 1), metavar="N",
