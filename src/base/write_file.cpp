@@ -28,21 +28,14 @@ void writeInto(const fs::path& file, const std::string& path,
                             "cannot write '" + path + "'");
 }
 
-/// The file at the end of the links from `path`, which may not be there yet: a rename would replace
-/// a link.
-fs::path targetOf(const std::string& path) {
-  fs::path file = path;
-  while (fs::is_symlink(file)) file = file.parent_path() / fs::read_symlink(file);
-  return file;
-}
-
 }  // namespace
 
 void writeFile(const std::string& path, const std::function<void(std::ostream&)>& write) {
   const bool exists = fs::exists(path);
   if (exists && !fs::is_regular_file(path)) return writeInto(path, path, write);  // a pipe, say
 
-  const fs::path file = targetOf(path);
+  fs::path file = path;  // at the end of the links: a rename would replace a link
+  while (fs::is_symlink(file)) file = file.parent_path() / fs::read_symlink(file);
   const fs::path draft = file.string() + '.' + std::to_string(std::random_device()()) + ".part";
   std::error_code error;
   try {
