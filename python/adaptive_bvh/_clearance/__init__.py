@@ -4,7 +4,7 @@
 | --- | --- |
 | `_arguments`, `_lengths` | the command line; lengths with units |
 | `_inputs`, `_opening` | what the arguments name, opened: which files are a body or a part |
-| `_frames` | a frame of a sequence, and how its vertices are joined |
+| `_frames` | a frame of a sequence, and how its vertices are joined; tables |
 | `_rotations` | rotations of bodies, screws |
 | `_files`, `_ply` | sequences of numbered files |
 | `_arrays`, `_gltf`, `_gltf_document` | sequences in one file: .npz, .pc2, animations of glTF |

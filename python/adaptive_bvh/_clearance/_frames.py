@@ -191,3 +191,13 @@ def checked(positions: Floats, label: str) -> Floats:
         raise FrameError(f"vertex {vertex} of {label} is not a finite number; "
                          f"export this frame again")
     return positions
+
+
+def read_text(path: str, what: str) -> str:
+    """A table. SequenceError when the file cannot be read."""
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            return file.read()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not in UTF-8"
+        raise SequenceError(f"{path} cannot be read ({reason}); name {what}") from None

@@ -1,12 +1,11 @@
 """Bodies that move rigidly: a mesh, and a table of its poses (.csv)."""
 
-import math
-from typing import Dict, List, Tuple
+from typing import List, Tuple
 
 import numpy as np
 
 from .. import Mesh
-from ._frames import Frame, Sequence, SequenceError, Shape
+from ._frames import Floats, Frame, Sequence, SequenceError, Shape, read_text
 from ._rotations import Pose
 
 _COLUMNS = ("t", "x", "y", "z", "qw", "qx", "qy", "qz")
@@ -14,23 +13,24 @@ _OTHER_NAMES = {"time": "t", "timestamp": "t", "tx": "x", "ty": "y", "tz": "z"}
 _ROUNDED = 1e-3  # of a quaternion's length: it may be written with few digits
 
 
-def _columns(header: str, delimiter: str, path: str) -> Dict[str, int]:
-    names = [name.strip(' "').lower() for name in header.lstrip("# ").split(delimiter or None)]
+def _columns(header: List[str], path: str) -> List[int]:
+    """The places of _COLUMNS in a line."""
+    names = [name.strip(' "').lower() for name in header]
     names = [_OTHER_NAMES.get(name, name) for name in names]
     for column in _COLUMNS:
         if names.count(column) != 1:
             what = "two columns" if column in names else "no column"
             raise SequenceError(f"{path} has {what} {column} in its first line; write there, in the "
                                 f"order of the columns: {','.join(_COLUMNS)}")
-    return {name: i for i, name in enumerate(names)}
+    return [names.index(column) for column in _COLUMNS]
 
 
-def _pose(cells: List[str], columns: Dict[str, int], where: str) -> List[float]:
-    """The numbers of a line, in the order of _COLUMNS."""
+def _numbers(cells: List[str], columns: List[int], where: str) -> Floats:
+    """Those of a line, in the order of _COLUMNS."""
     try:
-        numbers = [float(cells[columns[name]]) for name in _COLUMNS]
+        numbers = np.array([float(cells[column]) for column in columns])
     except (IndexError, ValueError):
-        numbers = [math.nan]
+        numbers = np.array([np.nan])
     if not np.isfinite(numbers).all():
         raise SequenceError(f"{where} has no finite number in each of {','.join(_COLUMNS)}; export "
                             f"the poses again")
@@ -43,30 +43,21 @@ def _pose(cells: List[str], columns: Dict[str, int], where: str) -> List[float]:
 
 def read_poses(path: str, scale: float) -> Tuple[List[float], List[Pose]]:
     """Times, and the pose at each. SequenceError when the file is no such table."""
-    try:
-        with open(path, encoding="utf-8-sig") as file:
-            lines = file.read().splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not in UTF-8"
-        raise SequenceError(f"{path} cannot be read ({reason}); name the table of the poses, a CSV "
-                            f"file") from None
-    header = lines[0] if lines else ""
-    delimiter = next((mark for mark in ";,\t" if mark in header), "")  # else spaces
-    columns = _columns(header, delimiter, path)
+    lines = read_text(path, "the table of the poses").splitlines() or [""]
+    delimiter = next((mark for mark in ";,\t" if mark in lines[0]), None)  # else spaces
+    columns = _columns(lines[0].lstrip("# ").split(delimiter), path)
     times: List[float] = []
     poses: List[Pose] = []
     for i, line in enumerate(lines[1:], 2):
         if not line.strip():
             continue
-        if delimiter == ";":
-            line = line.replace(",", ".")
-        time, *numbers = _pose(line.split(delimiter or None), columns, f"line {i} of {path}")
-        if times and not time > times[-1]:
-            raise SequenceError(f"line {i} of {path} has the time {time:.15g} after "
+        cells = (line.replace(",", ".") if delimiter == ";" else line).split(delimiter)
+        numbers = _numbers(cells, columns, f"line {i} of {path}")
+        if times and not numbers[0] > times[-1]:
+            raise SequenceError(f"line {i} of {path} has the time {numbers[0]:.15g} after "
                                 f"{times[-1]:.15g}; sort the poses, so that times rise")
-        times.append(time)
-        quaternion = np.array(numbers[3:])
-        poses.append(Pose(scale * np.array(numbers[:3]), quaternion / np.linalg.norm(quaternion)))
+        times.append(float(numbers[0]))
+        poses.append(Pose(scale * numbers[1:4], numbers[4:] / np.linalg.norm(numbers[4:])))
     if len(poses) < 2:
         raise SequenceError(f"{path} has {'one pose' if poses else 'no pose'}; a motion needs two or "
                             f"more")

@@ -20,7 +20,7 @@ from typing import Any, Dict, List, NamedTuple, Tuple
 
 from .. import __version__
 from ._command import internal, say, written
-from ._frames import SequenceError
+from ._frames import SequenceError, read_text
 from ._inputs import InputError, Inputs
 from ._opening import Part, expanded
 from ._progress import Progress, put
@@ -39,14 +39,7 @@ class Motion(NamedTuple):
 
 def read_study(path: str) -> List[Motion]:
     """SequenceError when the file is no such table."""
-    try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            text = file.read()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not in UTF-8"
-        raise SequenceError(f"{path} cannot be read ({reason}); name the table of the motions, "
-                            f"a CSV file, after --study") from None
-    lines = text.splitlines()
+    lines = read_text(path, "the table of the motions, a CSV file, after --study").splitlines()
     rows = csv.DictReader(lines, delimiter=";" if lines and ";" in lines[0] else ",")
     columns = rows.fieldnames or []
     if "name" not in columns or "moving" not in columns:
