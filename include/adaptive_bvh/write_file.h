@@ -8,8 +8,9 @@ namespace adaptive_bvh {
 
 /// Writes a file as a whole: `write` fills a new file in the same folder, which then takes the
 /// place and the permissions of the file at `path`. If anything fails, a full disk for example, the
-/// file that was there before stays as it was, and the new one is removed. A link to a file stays a
-/// link. What is no regular file, a pipe or a device, is written directly.
+/// file that was there before stays as it was, and the new one is removed. A link stays a
+/// link, also one to a file that is not there yet. What is no regular file, a pipe or a device, is
+/// written directly; a folder is refused.
 ///
 ///     writeFile("hose.mesh", [&](std::ostream& out) { mesh.save(out); });
 ///

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cstdint>
 #include <fstream>
+#include <functional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -198,18 +199,36 @@ void bindUpdates(Class& mesh) {
            docs::kQueryThreads);
 }
 
+/// Raises OSError by errno, or KeyboardInterrupt if Ctrl-C ended the wait for the other end of a
+/// pipe.
 [[noreturn]] void raiseForFile(const py::object& path) {
-  PyErr_SetFromErrnoWithFilenameObject(PyExc_OSError, path.ptr());
+  if (errno != EINTR || PyErr_CheckSignals() == 0)
+    PyErr_SetFromErrnoWithFilenameObject(PyExc_OSError, path.ptr());
   throw py::error_already_set();
 }
 
-void saveToFile(const LockedMesh& mesh, const py::object& path) {
+/// Writes a file while other threads of Python run: one of them may read a pipe.
+void writeTo(const py::object& path, const std::function<void(std::ostream&)>& write) {
+  const std::string name = pathFrom(path);
   try {
-    writeFile(pathFrom(path), [&](std::ostream& out) { mesh.save(out); });
+    const py::gil_scoped_release nogil;
+    writeFile(name, write);
   } catch (const std::system_error& error) {
     errno = error.code().value();
     raiseForFile(path);
   }
+}
+
+void saveToFile(const LockedMesh& mesh, const py::object& path) {
+  writeTo(path, [&](std::ostream& out) {
+    const py::gil_scoped_acquire gil;
+    mesh.save(out);
+  });
+}
+
+/// For the package's own Python.
+void writeBytes(const py::object& path, const std::string& bytes) {
+  writeTo(path, [&](std::ostream& out) { out << bytes; });
 }
 
 std::shared_ptr<LockedMesh> loadFromFile(const py::object& path) {
@@ -291,6 +310,7 @@ void bindLockedMesh(py::module_& module) {
   bindCopies(mesh);
   bindFiles(mesh);
   bindProperties(mesh);
+  module.def("_write_file", &writeBytes, "path"_a, "data"_a);
 }
 
 }  // namespace adaptive_bvh::python

@@ -98,13 +98,13 @@ def test_negative_shapes(tmp_path):
 # ---- no files ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["a.npz", "a.pc2", "a.glb", "a.ply", "a.stl", "a.txt"])
+@pytest.mark.parametrize("name", ["a.npz", "a.pc2", "a.csv", "a.glb", "a.ply", "a.stl", "a.txt"])
 @pytest.mark.parametrize("kind", ["pipe", "device"])
 def test_what_never_ends(tmp_path, name, kind):
     path = tmp_path / name
     os.mkfifo(path) if kind == "pipe" else path.symlink_to("/dev/zero")
     write_obj(tmp_path / "mesh.obj", TRIANGLE, [[0, 1, 2]])
-    names = [path, tmp_path / "mesh.obj"] if name == "a.pc2" else [path]
+    names = [path, tmp_path / "mesh.obj"] if name in ("a.pc2", "a.csv") else [path]
     assert "no regular file" in opened_within_limits(*names)
 
 

@@ -14,7 +14,7 @@ from sequence_files import write_ply
 from test_clearance import COMMAND, ENVIRONMENT, hose_frames
 
 from adaptive_bvh._clearance._frames import SequenceError
-from adaptive_bvh._clearance._study import read_study
+from adaptive_bvh._clearance._study import _failed, read_study
 
 HEIGHTS = {"low": 0.0, "middle": 0.7, "high": 1.4, "next": 2.0}
 
@@ -60,6 +60,26 @@ def test_what_a_study_names(tmp_path):
         path.write_text(text)
         with pytest.raises(SequenceError, match="study.csv"):
             read_study(str(path))
+
+
+def test_a_long_table_is_read_in_linear_time(tmp_path):
+    path = tmp_path / "study.csv"
+    path.write_text("name,moving\n" + "".join(f"m{k},a.npz\n" for k in range(50_000)))
+    begin = time.process_time()
+    assert len(read_study(str(path))) == 50_000
+    assert time.process_time() - begin < 10  # with all pairs of lines, minutes
+
+
+def test_what_a_motion_that_failed_says():
+    class KilledWorker(Exception):
+        pass
+    killed = _failed(KilledWorker("run_motion"))
+    assert killed["status"] == 4 and "may need more memory" in killed["headline"]
+    assert _failed(KeyError("x"))["status"] == 4
+    for failed in (killed, _failed(KeyError("x"))):
+        assert "send this line" in failed["headline"]
+    assert _failed(SequenceError("no file")) == {
+        "status": 2, "headline": "no file", "rows": [], "problems": ["no file"]}
 
 
 def test_a_study_without_distributed_says_so(study):
@@ -170,7 +190,7 @@ def test_ctrl_c_keeps_what_is_done(study, dask):
     wait_for(lambda: len(list((study / "study").glob("*.json"))) == 3)
     os.killpg(process.pid, signal.SIGINT)
     out, errors = process.communicate(timeout=100)
-    assert process.returncode == 130, errors
+    assert process.returncode == 3, errors
     assert errors.splitlines() == [errors.splitlines()[0],
                                    "Ctrl-C: run the same command again to go on"], errors
     assert [line.split(":")[0] for line in out.splitlines()] == list(HEIGHTS)[:3]

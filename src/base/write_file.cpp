@@ -34,8 +34,8 @@ void writeFile(const std::string& path, const std::function<void(std::ostream&)>
   const bool exists = fs::exists(path);
   if (exists && !fs::is_regular_file(path)) return writeInto(path, path, write);  // a pipe, say
 
-  // If `path` is a symbolic link, `file` is its target: a rename would replace the link.
-  const fs::path file = exists ? fs::canonical(path) : fs::path(path);
+  fs::path file = path;  // at the end of the links: a rename would replace a link
+  while (fs::is_symlink(file)) file = file.parent_path() / fs::read_symlink(file);
   const fs::path draft = file.string() + '.' + std::to_string(std::random_device()()) + ".part";
   std::error_code error;
   try {

@@ -2,6 +2,7 @@
 #include "adaptive_bvh/write_file.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -10,6 +11,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
+#include <thread>
 
 #include "support/full_disk.h"
 
@@ -57,6 +59,37 @@ TEST_F(WriteFile, WritesNewFilesAndReplacesOldOnes) {
   EXPECT_EQ((std::set<std::string>{"a", "link"}), names());
 }
 
+TEST_F(WriteFile, FollowsLinksToWhatIsNotThereYet) {
+  fs::create_directory(path("folder"));
+  fs::create_symlink("folder/second", path("first"));
+  fs::create_symlink("../new", path("folder/second"));
+  for (const char* text : {"one", "two"}) {
+    write(path("first"), text);
+    EXPECT_EQ(text, read(path("new")));
+    EXPECT_TRUE(fs::is_symlink(path("first")) && fs::is_symlink(path("folder/second")));
+  }
+  fs::create_symlink(fs::absolute(path("new")), path("third"));
+  write(path("third"), "three");
+  EXPECT_EQ("three", read(path("new")));
+  fs::create_symlink("circle", path("circle"));
+  EXPECT_THROW(write(path("circle"), "text"), std::system_error);
+  EXPECT_TRUE(fs::is_symlink(path("circle")));
+}
+
+TEST_F(WriteFile, WritesIntoAPipe) {
+  ASSERT_EQ(0, ::mkfifo(path("pipe").c_str(), 0600));
+  fs::create_symlink("pipe", path("link"));
+  for (const char* name : {"pipe", "link"}) {
+    std::string got;
+    std::thread reader([&] { got = read(path("pipe")); });
+    write(path(name), "through");
+    reader.join();
+    EXPECT_EQ("through", got);
+    EXPECT_TRUE(fs::is_fifo(path("pipe")));
+  }
+  EXPECT_EQ((std::set<std::string>{"pipe", "link"}), names());
+}
+
 TEST_F(WriteFile, LeavesTheOldFileWhenTheDiskIsFull) {
   write(path("a"), "old");
   for (const rlim_t room : {0, 1, 4096, 100000}) {
@@ -95,6 +128,8 @@ TEST_F(WriteFile, SaysWhy) {
   };
   EXPECT_EQ(std::errc::no_such_file_or_directory, codeOf(path("missing/a")));
   EXPECT_EQ(std::errc::is_a_directory, codeOf(path("")));
+  fs::create_directory_symlink(".", path("here"));
+  EXPECT_EQ(std::errc::is_a_directory, codeOf(path("here")));
   EXPECT_EQ(std::errc::no_space_on_device, codeOf("/dev/full"));
   EXPECT_EQ(std::error_code(), codeOf("/dev/null"));
 }

@@ -4,18 +4,22 @@ import argparse
 import difflib
 import os
 import re
+import sys
 from typing import List
 
 from .. import __version__
 from ._lengths import METRES
+from ._progress import put
 
 _EPILOG = """\
 A moving body is a sequence: numbered files of any format that load_mesh reads (hose_0001.ply, ...),
-an .npz with arrays 'vertices' (frames, vertices, 3) and 'faces', a .pc2 and the mesh beside it, or
-a glTF file with an animation. Between two frames every vertex moves on a straight line; the answer
-holds for all times in between, not for the frames alone.
+an .npz with arrays 'vertices' (frames, vertices, 3) and 'faces', a .pc2 and the mesh beside it, a
+glTF file with an animation, or a mesh and its poses. Between two frames every vertex moves on a
+straight line, and a body with poses on a screw; the answer holds for all times in between, not for
+the frames alone.
 
-exit status: 0 the clearance is kept, 1 it is not, 2 wrong or incomplete input, 130 Ctrl-C
+exit status: 0 the clearance is kept, 1 it is not, 2 wrong or incomplete input, 3 interrupted,
+4 a mistake of the tool itself
 
 example:
   adaptive_bvh clearance --moving 'hose_*.ply' --parts bay/*.stl --clearance 5mm \\
@@ -42,6 +46,9 @@ class _Parser(argparse.ArgumentParser):
             self.error(f"{unknown[0]} belongs to no option; name files after --moving or --parts")
         return given
 
+    def _print_message(self, message, file=None):
+        put(message or "", file or sys.stderr, end="")
+
     def error(self, message):
         self.exit(2, f"error: {message} (all options: adaptive_bvh clearance --help)\n")
 
@@ -51,6 +58,16 @@ class _Length(argparse.Action):
 
     def __call__(self, parser, namespace, values, option_string=None):
         setattr(namespace, self.dest, " ".join(values))
+
+
+class _Poses(argparse.Action):
+    """A table of poses: one more file of the last body."""
+
+    def __call__(self, parser, namespace, values, option_string=None):
+        if not namespace.moving or not values.lower().endswith(".csv"):
+            parser.error(f"--poses {values} stands alone, or is no .csv file; write it after the mesh "
+                         f"that it moves: --moving hose.stl --poses hose.csv")
+        namespace.moving[-1].append(values)
 
 
 def parser() -> argparse.ArgumentParser:
@@ -67,6 +84,10 @@ def parser() -> argparse.ArgumentParser:
     add = tool.add_argument
     add("--moving", nargs="+", action="append", metavar="FILE", default=[],
         help="the frames of a moving body, in the order of their numbers; once for each body")
+    add("--poses", metavar="FILE", action=_Poses, dest="moving", default=argparse.SUPPRESS,
+        help="the poses of the body named before, which is one mesh then: a CSV file whose first "
+             "line names the columns t,x,y,z,qw,qx,qy,qz in their order; x, y, z in the unit of the "
+             "mesh, in the axes of --up. Between two poses the body goes on a screw")
     add("--parts", nargs="+", action="extend", metavar="FILE", default=[],
         help="the parts around, which stand still; one part a file")
     add("--clearance", metavar="LENGTH", nargs="+", action=_Length, default="0",
@@ -83,7 +104,7 @@ def parser() -> argparse.ArgumentParser:
     add("--ignore", nargs="+", action="extend", metavar="PAIR", default=[],
         help="leaves pairs out: PART or MOVING:PART, with * and ?, such as 'hose:clip_*'")
     add("--tolerance", metavar="LENGTH", nargs="+", action=_Length,
-        help="between the bounds of the least clearances; default: a thousandth of the clearance")
+        help="between the bounds of each least clearance; default: a thousandth of the clearance")
     add("--rate", type=float, default=30.0, metavar="N",
         help="frames a second in which animations of glTF are sampled; default: 30")
     add("--threads", type=int, default=min(2, os.cpu_count() or 1), metavar="N",
@@ -95,5 +116,6 @@ def parser() -> argparse.ArgumentParser:
         help="where a study keeps the result of each motion; default: FILE without .csv")
     add("--scheduler", metavar="ADDRESS",
         help="Dask's scheduler for a study, such as tcp://host:8786; default: local processes")
+    tool._negative_number_matcher = re.compile(r"-\.?\d")  # -5mm is a length, no option
     top.known = re.findall(r"--[\w-]+", tool.format_usage())
     return top

@@ -3,20 +3,22 @@
 import argparse
 import os
 import sys
+import traceback
 from typing import Callable, Dict, List, Optional, Sequence as Many
 
+from .. import __version__
 from ._arguments import parser
 from ._frames import Sequence, SequenceError
 from ._inputs import InputError, Inputs
 from ._lengths import LengthError
 from ._opening import Part
-from ._progress import Progress
-from ._run import INTERRUPTED, WRONG_INPUT, Outcome, check, num_steps
+from ._progress import Progress, put
+from ._run import INTERNAL, INTERRUPTED, WRONG_INPUT, Outcome, check, num_steps
 from ._table import Numbering, checked_text, csv_text, headline, text_table, write_whole
 
 
 def say(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)
+    put(text, sys.stderr)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -35,7 +37,8 @@ def run(arguments: argparse.Namespace) -> int:
         say(f"warning: {warning}")
     for problem in outcome.all_problems:
         say(f"error: {problem}")
-    _print([headline(outcome), text_table(outcome, numberings), *_checked(outcome, numberings)])
+    put("\n".join([headline(outcome), text_table(outcome, numberings),
+                   *_checked(outcome, numberings)]), sys.stdout)
     files = _write(arguments, outcome, sequences, parts, numberings)
     return outcome.status or files
 
@@ -44,14 +47,6 @@ def _checked(outcome: Outcome, numberings: Dict[str, Numbering]) -> List[str]:
     return [f"{body.label}: only these frames were checked: "
             f"{checked_text(body, numberings[body.name]) or 'none'}"
             for body in outcome.bodies if not body.is_complete]
-
-
-def _print(lines: List[str]) -> None:
-    """Prints lines as far as somebody reads them: `| head` may not."""
-    try:
-        print("\n".join(lines), flush=True)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _write(arguments: argparse.Namespace, outcome: Outcome, sequences: List[Sequence],
@@ -69,7 +64,7 @@ def _write(arguments: argparse.Namespace, outcome: Outcome, sequences: List[Sequ
 
 
 def written(path: str, write: Callable[[], None]) -> int:
-    """Writes a file. Returns a status: 2 when it cannot be, 130 when Ctrl-C ended that."""
+    """Writes a file. Returns a status: 2 when it cannot be, 3 when Ctrl-C ended that."""
     try:
         write()
         return 0
@@ -82,13 +77,22 @@ def written(path: str, write: Callable[[], None]) -> int:
         return INTERRUPTED
 
 
+def internal(error: BaseException) -> str:
+    """The sentence about an error that nothing foresaw."""
+    places = traceback.extract_tb(error.__traceback__)[-4:]
+    at = ", ".join(f"{os.path.basename(place.filename)}:{place.lineno}" for place in places)
+    return (f"internal error: {type(error).__name__}: {error} (adaptive_bvh {__version__}, {at}); "
+            f"send this line, the command and its files to the maintainers of adaptive_bvh")
+
+
 def main(arguments: Optional[Many[str]] = None) -> int:
-    """Runs the command. Returns the exit status: 0 kept, 1 not kept, 2 wrong input, 130 Ctrl-C."""
-    given = parser().parse_args(arguments)
-    if given.command is None:
-        say("error: no command is given; how to check a clearance: adaptive_bvh clearance --help")
-        return WRONG_INPUT
+    """Runs the command. Returns the exit status: 0 kept, 1 not kept, 2 wrong input, 3 interrupted,
+    4 internal error."""
     try:
+        given = parser().parse_args(arguments)
+        if given.command is None:
+            raise InputError("no command is given; how to check a clearance: "
+                             "adaptive_bvh clearance --help")
         if given.study:
             from ._study import run_study
             return run_study(given)
@@ -97,6 +101,14 @@ def main(arguments: Optional[Many[str]] = None) -> int:
         for line in str(error).splitlines():
             say(f"error: {line}")
         return WRONG_INPUT
+    except OSError as error:
+        say(f"error: {error}")
+        return WRONG_INPUT
     except KeyboardInterrupt:
         say("interrupted")
         return INTERRUPTED
+    except SystemExit:  # of argparse
+        raise
+    except BaseException as error:
+        say(internal(error))
+        return INTERNAL

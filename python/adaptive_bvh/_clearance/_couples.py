@@ -10,17 +10,17 @@ from typing import Callable, List, Optional, Tuple
 
 import numpy as np
 
-from .. import CoherentDistance, DeformableMesh, Motion
+from .. import CoherentDistance, DeformableMesh
 from ._frames import Floats, Frame, FrameError, Sequence, Step, step_between
-from ._motion import ROUNDING, follow
+from ._motion import ROUNDING, follow, over
 from ._results import BodyResult, Nearest, PairResult, joined
 from ._settings import Settings
 
 
 def _way(step: Step) -> float:
-    """The largest displacement of a vertex, rounded up."""
+    """The longest way of a vertex, rounded up."""
     way = step.after - step.before
-    return float(np.sqrt(np.einsum("ij,ij->i", way, way).max())) * (1 + 1e-12)
+    return float(np.sqrt(np.einsum("ij,ij->i", way, way).max())) * step.stretch * (1 + 1e-12)
 
 
 class _Place:
@@ -113,9 +113,8 @@ class Couple:
                 pair.below = joined(pair.below + [(float(frame), float(frame + 1))])
         if floor < self._settings.wanted(pair.upper, is_below):
             first, second = place.meshes
-            floor = follow(pair, Motion(first, a.before, a.after),
-                           Motion(second, b.before, b.after), frame, self._settings, pair.upper,
-                           place.slack, is_below=is_below)
+            floor = follow(pair, over(a, first), over(b, second), frame, self._settings,
+                           pair.upper, place.slack, is_below=is_below)
         pair.lower = min(pair.lower, max(floor, 0.0))
         return after
 

@@ -1,10 +1,13 @@
 """A frame of a sequence, and how the vertices of its triangles are joined."""
 
+import os
 from collections import Counter
 from typing import Dict, List, NamedTuple, Optional
 
 import numpy as np
 import numpy.typing as npt
+
+from ._rotations import Pose, Screw, best_fit_angle
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -104,10 +107,11 @@ def is_same_surface(a: Ints, b: Ints) -> bool:
 
 
 class Frame:
-    """Positions as in the file, in the unit of the run. Frames of equal triangles share `shape`."""
+    """Positions as in the file, in the unit of the run. Frames of equal triangles share `shape`.
+    Frames of a body that is rigid between them have a pose."""
 
-    def __init__(self, positions: Floats, shape: Shape):
-        self.positions, self.shape = positions, shape
+    def __init__(self, positions: Floats, shape: Shape, pose: Optional[Pose] = None):
+        self.positions, self.shape, self.pose = positions, shape, pose
         self._vertices: Dict[Topology, Optional[Floats]] = {}
 
     def vertices(self, topology: Topology) -> Optional[Floats]:
@@ -118,11 +122,28 @@ class Frame:
 
 
 class Step(NamedTuple):
-    """Two frames in one topology."""
+    """Two frames in one topology. Between them each vertex is on a straight line, or the body on a
+    screw."""
 
     topology: Topology
     before: Floats
     after: Floats
+    screw: Optional[Screw] = None
+
+    @property
+    def stretch(self) -> float:
+        """By which the way of a vertex is at most longer than the line between its ends."""
+        return self.screw.stretch if self.screw else 1.0
+
+    def angle(self) -> float:
+        """By how far the body turns."""
+        return self.screw.angle if self.screw else best_fit_angle(self.before, self.after)
+
+    def at(self, share: float) -> Floats:
+        """The vertices at a time from 0 to 1."""
+        if self.screw:
+            return self.screw.at(share, self.after)
+        return self.before + share * (self.after - self.before)
 
 
 def step_between(a: Optional[Frame], b: Optional[Frame]) -> Optional[Step]:
@@ -132,7 +153,8 @@ def step_between(a: Optional[Frame], b: Optional[Frame]) -> Optional[Step]:
     for topology in a.shape.topologies:
         before, after = a.vertices(topology), b.vertices(topology)
         if before is not None and after is not None:
-            return Step(topology, before, after)
+            screw = Screw(a.pose, b.pose) if a.pose and b.pose else None
+            return Step(topology, before, after, screw)
     return None
 
 
@@ -172,3 +194,15 @@ def checked(positions: Floats, label: str) -> Floats:
         wrong = "too large" if np.isfinite(place).all() else "not finite"
         raise FrameError(f"vertex {vertex} of {label} is {wrong}; export this frame again")
     return positions
+
+
+def read_text(path: str, what: str) -> str:
+    """A table. SequenceError when the file cannot be read, or is no regular one."""
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise SequenceError(f"{path} is no regular file; name {what}")
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            return file.read()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not in UTF-8"
+        raise SequenceError(f"{path} cannot be read ({reason}); name {what}") from None

@@ -8,7 +8,7 @@ from .. import MeshLoadError, _core
 from ._files import Reading
 from ._frames import Sequence, SequenceError
 from ._lengths import length_from, unit_from
-from ._opening import Part, distinct, expanded, extent_of, is_cache, open_moving, open_part
+from ._opening import Part, distinct, expanded, extent_of, is_cache, is_table, open_moving, open_part
 from ._run import Outcome
 from ._settings import Settings
 
@@ -43,7 +43,7 @@ class Inputs:
         """That of --unit; else metres if all files declare their unit, else millimetres."""
         if self.arguments.unit:
             return unit_from(self.arguments.unit)
-        names = paths + self.arguments.parts
+        names = [name for name in paths + self.arguments.parts if not is_table(name)]
         return "m" if names and all(_declares_unit(name) for name in names) else "mm"
 
     def open_parts(self) -> List[Part]:

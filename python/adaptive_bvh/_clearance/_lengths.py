@@ -44,10 +44,17 @@ def text_of(length: float, unit: str) -> str:
 def digits(length: float) -> str:
     if length == 0 or not math.isfinite(length):
         return f"{length:g}"
-    decimals = min(max(3 - math.floor(math.log10(abs(length))), 0), 9)
-    return f"{length:.{decimals}f}"
+    decimals = max(3 - math.floor(math.log10(abs(length))), 0)
+    return f"{length:.{decimals}f}" if decimals <= 9 else f"{length:.3e}"
 
 
-def span(begin: float, end: float) -> Tuple[str, str]:
-    """Both frame numbers of an interval, outward to hundredths."""
-    return f"{math.floor(100 * begin + 1e-6) / 100:g}", f"{math.ceil(100 * end - 1e-6) / 100:g}"
+def span(begin: float, end: float, decimals: int) -> Tuple[str, str]:
+    """Both numbers of an interval, outward to so many decimals."""
+    scale = 10**decimals
+    return (plain(math.floor(scale * begin + 1e-6) / scale, decimals),
+            plain(math.ceil(scale * end - 1e-6) / scale, decimals))
+
+
+def plain(number: float, decimals: int) -> str:
+    """Rounded to so many decimals, without zeros at its end."""
+    return f"{number:.{decimals}f}".rstrip("0").rstrip(".")

@@ -5,33 +5,43 @@ from typing import Callable, Union
 import numpy as np
 
 from .. import (
+    BodyMotion,
     DeformableMesh,
     Motion,
     MotionClearance,
     intervals_below,
     least_distance,
 )
-from ._frames import Floats
+from ._frames import Floats, Ints, Step
 from ._results import Nearest, PairResult, joined
 from ._settings import Settings
 
 ROUNDING = 1e-13  # of a distance, as a share of the largest coordinate
-Other = Union[DeformableMesh, Motion]
+Moving = Union[BodyMotion, Motion]
+Other = Union[DeformableMesh, Moving]
 
 
-def _below(motion: Motion, other: Other, limit: float, tolerance: float) -> Floats:
+def over(step: Step, mesh: DeformableMesh, rows: Union[Ints, slice] = slice(None)) -> Moving:
+    """The motion over a step of a mesh of the vertices `rows`."""
+    after = step.after[rows]
+    if step.screw:
+        return BodyMotion(Motion(mesh, after, after, start_tf=step.screw.back), path="screw")
+    return Motion(mesh, step.before[rows], after)
+
+
+def _below(motion: Moving, other: Other, limit: float, tolerance: float) -> Floats:
     """The times at which the distance is below the limit; limit 0: at most the tolerance."""
     if limit == 0:
         limit, tolerance = tolerance / 2, tolerance / 2
     return intervals_below(motion, other, limit, tolerance)
 
 
-def _decided(motion: Motion, other: Other, settings: Settings, seen: float,
+def _decided(motion: Moving, other: Other, settings: Settings, seen: float,
              slack: float, is_below: bool) -> MotionClearance:
     """The least distance, if it is below what is wanted, and whether it is below the limit."""
     finest = 100 * slack  # a smaller tolerance is refused
     usual = max(settings.tolerance, finest)
-    tolerance = max(settings.tolerance_at(seen) / 2, usual / 2, finest)
+    tolerance = max(usual / 2, finest)
     wanted = max(settings.wanted(seen, is_below), usual)  # bodies are always at least 0 apart
     closest = least_distance(motion, other, tolerance, wanted)
     if not is_below and closest.lower < settings.limit <= closest.upper:  # a tolerance too large to decide
@@ -39,7 +49,7 @@ def _decided(motion: Motion, other: Other, settings: Settings, seen: float,
     return closest
 
 
-def follow(pair: PairResult, motion: Motion, other: Other, frame: int, settings: Settings,
+def follow(pair: PairResult, motion: Moving, other: Other, frame: int, settings: Settings,
            seen: float, slack: float,
            number: Callable[[int], int] = lambda triangle: triangle,
            is_below: bool = False) -> float:

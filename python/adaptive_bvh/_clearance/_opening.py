@@ -10,6 +10,7 @@ from ._arrays import read_npz, read_pc2
 from ._files import NumberedFiles, Reading, by_number, name_of
 from ._frames import Floats, Sequence, SequenceError
 from ._gltf import gltf_sequence
+from ._poses import PosedBody
 
 
 class Part(NamedTuple):
@@ -61,10 +62,15 @@ def is_cache(path: str) -> bool:
     return _suffix(path) in (".npz", ".pc2")
 
 
+def is_table(path: str) -> bool:
+    """Whether a file holds the poses of a body."""
+    return _suffix(path) == ".csv"
+
+
 def open_moving(names: Many[str], reading: Reading, rate: float) -> List[Sequence]:
     """The sequences of one --moving: mostly one; several if numbered files have different names."""
     paths = expanded(names)
-    caches = [path for path in paths if is_cache(path)]
+    caches = [path for path in paths if is_cache(path) or is_table(path)]
     if caches:
         return [_open_cache(paths, caches, reading)]
     if len(paths) == 1:
@@ -92,6 +98,8 @@ def _open_cache(paths: List[str], caches: List[str], reading: Reading) -> Sequen
     if mesh is None:
         raise SequenceError(f"{cache} holds positions only; name its mesh beside it: "
                             f"--moving {cache} mesh.obj")
+    if is_table(cache):
+        return PosedBody(_stem(meshes[0]), cache, mesh, reading.scale(meshes[0]))
     return read_pc2(cache, _stem(cache), reading.unit, reading.file_unit, len(mesh.vertices),
                     mesh.faces)
 

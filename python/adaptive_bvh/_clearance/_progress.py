@@ -1,11 +1,22 @@
-"""A line on a terminal that says how far a run is, and how long it still takes."""
+"""What is printed; a line on a terminal that says how far a run is, and how long it still takes."""
 
+import os
 import sys
 import threading
 import time
 from typing import Optional, TextIO
 
 _BAR = 24
+
+
+def put(text: str, stream: TextIO, end: str = "\n") -> None:
+    """Prints as far as somebody reads it: `| head` may not."""
+    try:
+        print(text, end=end, file=stream, flush=True)
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())  # for what is left to print
+        if not isinstance(error, BrokenPipeError):
+            raise
 
 
 def _clock(seconds: float) -> str:

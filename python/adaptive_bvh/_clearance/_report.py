@@ -56,7 +56,7 @@ class _Shown:
         step = step_between(a, b)
         if step is None or step.topology is not self._topology:
             return None
-        return step.before + (time - begin) * (step.after - step.before)
+        return step.at(time - begin)
 
     def add(self, other: "_Shown") -> None:
         """Another moving body that counts."""

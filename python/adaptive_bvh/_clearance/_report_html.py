@@ -111,10 +111,10 @@ def _answer(outcome: Outcome, rows: Many[Moment], numberings: Dict[str, Numberin
     buttons = []
     for pair, frame in [row for row in rows if row.frame is not None][:_BUTTONS]:
         assert pair.nearest is not None
-        number = numberings[pair.moving](pair.nearest.at)
+        number = numberings[pair.moving].text(pair.nearest.at)
         buttons.append(f'<button data-frame="{frame}" title="Show this moment">'
                        f"{escape(text_of(pair.upper, outcome.unit))}<small>"
-                       f"{escape(pair.moving)} – {escape(pair.part)}, frame {number:.2f}"
+                       f"{escape(pair.moving)} – {escape(pair.part)}, frame {number}"
                        f"</small></button>")
     if buttons:
         lines.append(f'<div id="moments" aria-label="Tightest moments">{"".join(buttons)}</div>')
@@ -142,7 +142,7 @@ def _table(outcome: Outcome, rows: Many[Moment], numberings: Dict[str, Numbering
             times = ", ".join(number.intervals(pair.below))
             cells += [f"<td class=number>{digits(pair.upper)}",
                       f"<td class=number>{digits(pair.lower)} and {digits(pair.upper)}",
-                      f"<td class=number>{number(pair.nearest.at):.2f}",
+                      f"<td class=number>{number.text(pair.nearest.at)}",
                       f'<td class="{"no" if kept == "no" else "yes"}">{kept}',
                       f"<td class=wide>{times}"]
         lines.append(f"<tr{jump}>{''.join(cells)}</tr>")

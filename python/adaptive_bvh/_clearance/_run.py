@@ -20,7 +20,7 @@ _MOST_VERTICES = 1_000_000  # of all frames of a piece, which are in memory toge
 _LEAST_STEPS = 8  # of a piece
 _SIZES_APART = 50  # from here on, units of moving bodies and parts may differ
 
-KEPT, VIOLATED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+KEPT, VIOLATED, WRONG_INPUT, INTERRUPTED, INTERNAL = 0, 1, 2, 3, 4
 
 
 @dataclass
@@ -129,7 +129,7 @@ def check(sequences: Many[Sequence], parts: Many[Part], settings: Settings, outc
         body = search.joined(first, [run.result() for run in of])
         body.problems = search.problems()
         outcome.bodies.append(body)
-        outcome.warnings.extend(search.sequence.warnings)
+        outcome.warnings.extend(search.sequence.warnings + search.warnings())
         outcome.warnings.extend(overlaps(search.sequence.name, first[0].pairs))
     for future in together:
         body = future.result()

@@ -9,7 +9,11 @@ of frames is that of one of them. Used three times:
 - from the last frame at which the distance was asked, by the way since then;
 - during a step, from both ends of it: with d and e there it is at least (d + e - D) / 2 in between.
 
-What is neither above the limit nor above the least distance seen is asked during the step.
+A rigid body goes from pose to pose on a screw. Its vertices go along arcs, which are longer than the
+lines between their ends by `stretch` at most; no arc leaves both ends by more than half its length.
+
+What is neither above the limit nor above the least distance seen at all frames of a piece is asked
+during the step.
 """
 
 import threading
@@ -18,13 +22,16 @@ from typing import Callable, Dict, List, NamedTuple, Optional
 
 import numpy as np
 
-from .. import Motion
 from ._chunks import Body, Chunks, box_gaps
 from ._frames import Floats, Frame, FrameError, Ints, Sequence, Step, Topology, step_between
-from ._motion import ROUNDING, follow
+from ._motion import ROUNDING, Moving, follow, over
 from ._opening import Part, extent_of
 from ._results import BodyResult, Nearest, PairResult, joined
+from ._rotations import QUARTER
 from ._settings import Settings
+
+
+_FAR_ON_A_SCREW = 4 / 3 * QUARTER  # the other way round may be meant
 
 
 class _Reach:
@@ -33,6 +40,17 @@ class _Reach:
 
     def __init__(self, parts: Ints, chunks: Ints, first: Floats, now: Floats):
         self.parts, self.chunks, self.first, self.now = parts, chunks, first, now
+
+
+class _Open(NamedTuple):
+    """What the distances at both ends of a step leave open: parts and chunks, with lower bounds of
+    their distances, in the order of these; and upper bounds of the parts' distances."""
+
+    step: Step
+    parts: List[int]
+    chunks: List[int]
+    floor: List[float]
+    upper: Floats
 
 
 class Look(NamedTuple):
@@ -56,6 +74,7 @@ class Search:
         self._extent = max([extent_of(part) for part in parts], default=0.0)
         self._errors: Dict[int, str] = {}  # of frames
         self._changes: List[int] = []  # frames after which the triangles change
+        self._turns: Dict[int, bool] = {}  # frames after which the body turns far; if on a screw
         self._chunks: Dict[Topology, Chunks] = {}
         self._lock = threading.Lock()
 
@@ -99,23 +118,21 @@ class Search:
                 self._still(result, frame, begin + i)
         i = 0
         while i < len(steps) and not self._stop.is_set():
-            first, count = steps[i], 0
+            first = steps[i]
             if first is None:
                 self._advance(1)
                 i += 1
                 continue
-            vertices = [first.before]
-            while i + count < len(steps):
-                step = steps[i + count]
+            following: List[Step] = []
+            for step in steps[i:]:
                 if step is None or step.topology is not first.topology:
                     break
-                vertices.append(step.after)
-                count += 1
-            body = self._body(first.topology, vertices[0])
+                following.append(step)
+            body = self._body(first.topology, first.before)
             bounds = look.bounds if i == 0 and look.chunks is body.chunks else self._bounds(body)
-            done = self._follow(result, body, vertices, bounds, begin + i)
+            done = self._follow(result, body, following, bounds, begin + i)
             result.checked = joined(result.checked + [(begin + i, begin + i + done)])
-            i += count
+            i += len(following)
         return result
 
     def joined(self, looks: List[Look], pieces: List[BodyResult]) -> BodyResult:
@@ -150,6 +167,21 @@ class Search:
                         f"export all frames with the same mesh")
         return said
 
+    def warnings(self) -> List[str]:
+        """About motions that may be others than those of the body."""
+        frames = sorted(self._turns)
+        if not frames:
+            return []
+        label = self.sequence.label
+        places = ", ".join(f"between {label(frame)} and {label(frame + 1)}" for frame in frames[:3])
+        more = f", and {len(frames) - 3} more times" if len(frames) > 3 else ""
+        if self._turns[frames[0]]:
+            return [f"{self.sequence.name} turns by more than a third of a turn {places}{more}; the "
+                    f"shorter way round was checked, so add poses in between"]
+        return [f"{self.sequence.name} turns by more than a quarter {places}{more}; its vertices go "
+                f"on straight lines, so it shrinks in between; export more frames there, or, if it is "
+                f"rigid, give one mesh and its poses (--poses)"]
+
     # ---- frames ------------------------------------------------------------------------------
 
     def _read(self, frame: int) -> Optional[Frame]:
@@ -166,6 +198,8 @@ class Search:
             step = step_between(a, b) if begin + i not in self.sequence.gaps else None
             if a and b and a.shape is not b.shape and begin + i not in self.sequence.gaps:
                 self._changes.append(begin + i)
+            if step and step.angle() > (_FAR_ON_A_SCREW if step.screw else QUARTER) + 1e-6:
+                self._turns[begin + i] = step.screw is not None
             steps.append(step)
         return steps
 
@@ -226,18 +260,30 @@ class Search:
 
     # ---- between frames ----------------------------------------------------------------------
 
-    def _follow(self, result: BodyResult, body: Body, vertices: List[Floats], bounds: Floats,
+    def _follow(self, result: BodyResult, body: Body, steps: List[Step], bounds: Floats,
                 first: int) -> int:
         """Consecutive steps, from frame `first` on, with lower bounds of the distances there.
         Returns how many were checked."""
-        away = np.array([body.chunks.farthest(now, vertices[0]) for now in vertices])
-        reach = self._within_reach(result, body, bounds, away.max(axis=0), first)
-        for i, now in enumerate(vertices[1:]):
+        chunks, start = body.chunks, steps[0].before
+        away = np.array([chunks.farthest(now, start)
+                         for now in [start] + [step.after for step in steps]])
+        during = np.maximum(away[:-1], away[1:])
+        for i, step in enumerate(steps):
+            if step.screw:
+                during[i] += step.stretch / 2 * chunks.farthest(step.after, step.before)
+        reach = self._within_reach(result, body, bounds, during.max(axis=0), first)
+        left: List[_Open] = []
+        for i, step in enumerate(steps):
+            if self._stop.is_set():
+                break
+            left.append(self._step(result, body, step, reach,
+                                   np.stack([away[i], during[i], away[i + 1]]), first + i))
+        for i, what in enumerate(left):
             if self._stop.is_set():
                 return i
-            self._step(result, body, now, reach, away[i:i + 2], first + i)
+            self._ask(result, body, what, first + i)
             self._advance(1)
-        return len(vertices) - 1
+        return len(left)
 
     def _within_reach(self, result: BodyResult, body: Body, bounds: Floats, away: Floats,
                       frame: int) -> _Reach:
@@ -260,49 +306,54 @@ class Search:
         for pair, least in zip(pairs, lower):
             pair.lower = min(pair.lower, max(float(least), 0.0))
 
-    def _wholly_below(self, pairs: List[PairResult], parts: Ints, upper: Floats,
-                      frame: int) -> List[bool]:
-        """The parts that are below the limit during a step, by upper bounds of the distances of
-        their chunks. Adds this to their pairs: a search for the times would be long where the
-        limit is far above all distances."""
-        least = np.full(len(pairs), np.inf)
-        np.minimum.at(least, parts, upper)
-        below = least < self._settings.limit
+    def _wholly_below(self, pairs: List[PairResult], upper: Floats, frame: int) -> List[bool]:
+        """The parts that are below the limit during a step, by upper bounds of their distances.
+        Adds this to their pairs: a search for the times would be long where the limit is far above
+        all distances."""
+        below = upper < self._settings.limit
         for p in np.flatnonzero(below).tolist():
             pairs[p].below = joined(pairs[p].below + [(float(frame), float(frame + 1))])
         return below.tolist()
 
-    def _step(self, result: BodyResult, body: Body, vertices: Floats, reach: _Reach,
-              away: Floats, frame: int) -> None:
-        """One step. `away`: of each chunk from the first frame, at the start and the end of it."""
-        start, pairs, slack = body.vertices, result.pairs, self._slack(body)
-        way = body.move(vertices)[reach.chunks]
-        floor = np.maximum(reach.now - way, reach.first - away.max(axis=0)[reach.chunks])
-        before = np.maximum(reach.now, reach.first - away[0][reach.chunks])
-        after = np.maximum(reach.now - way, reach.first - away[1][reach.chunks])
+    def _step(self, result: BodyResult, body: Body, step: Step, reach: _Reach, away: Floats,
+              frame: int) -> _Open:
+        """One step, by the distances at its ends. `away`: of each chunk from the first frame, at the
+        start of the step, during it at most, and at its end."""
+        pairs, slack = result.pairs, self._slack(body)
+        way = step.stretch * body.move(step.after)[reach.chunks]
+        before, floor, after = reach.first - away[:, reach.chunks]
+        before = np.maximum(reach.now, before)
+        floor, after = np.maximum(reach.now - way, [floor, after])
         seen = np.minimum(self._seen, [pair.upper for pair in pairs])
         near = np.flatnonzero(floor < self._settings.all_wanted(seen)[reach.parts])
-        ends = [self._see(pairs[p], body, p, chunk, frame + 1) - slack
-                for p, chunk in zip(reach.parts[near].tolist(), reach.chunks[near].tolist())]
-        near_end, upper_end = near, np.array(ends) + 2 * slack + way[near]  # of the whole step
-        after[near] = ends
+        after[near] = [self._see(pairs[p], body, p, chunk, frame + 1) - slack
+                       for p, chunk in zip(reach.parts[near].tolist(), reach.chunks[near].tolist())]
+        upper = np.full(len(pairs), np.inf)
+        np.minimum.at(upper, reach.parts[near], after[near] + 2 * slack + way[near])
         floor[near] = np.maximum(floor[near], np.maximum(
             after[near] - way[near], (before[near] + after[near] - way[near]) / 2))
-        seen = np.minimum(seen, [pair.upper for pair in pairs])
-        near = near[floor[near] < self._settings.all_wanted(seen)[reach.parts[near]]]
-        below = self._wholly_below(pairs, reach.parts[near_end], upper_end, frame)
-        motions: Dict[int, Motion] = {}
-        for i in near[np.argsort(floor[near], kind="stable")].tolist():
-            p, chunk = int(reach.parts[i]), int(reach.chunks[i])
-            known = min(float(seen[p]), pairs[p].upper)
-            if floor[i] >= self._settings.wanted(known, below[p]):
-                continue
-            if chunk not in motions:
-                rows = body.chunks.vertices[chunk]
-                motions[chunk] = Motion(body.mesh(chunk), start[rows], vertices[rows])
-            floor[i] = follow(pairs[p], motions[chunk], self.parts[p].mesh, frame, self._settings,
-                              known, slack, partial(body.triangle, chunk), below[p])
         reach.now = after
+        seen = np.minimum(self._seen, [pair.upper for pair in pairs])
+        is_open = floor < self._settings.all_wanted(seen)[reach.parts]
         lower = np.full(len(pairs), np.inf)
-        np.minimum.at(lower, reach.parts, floor)
+        np.minimum.at(lower, reach.parts[~is_open], floor[~is_open])
         self._count(pairs, lower)
+        which = np.flatnonzero(is_open)
+        which = which[np.argsort(floor[which], kind="stable")]
+        return _Open(step, reach.parts[which].tolist(), reach.chunks[which].tolist(),
+                     floor[which].tolist(), upper)
+
+    def _ask(self, result: BodyResult, body: Body, left: _Open, frame: int) -> None:
+        """What the distances at the ends of a step left open."""
+        pairs, slack = result.pairs, self._slack(body)
+        below = self._wholly_below(pairs, left.upper, frame)
+        motions: Dict[int, Moving] = {}
+        for p, chunk, floor in zip(left.parts, left.chunks, left.floor):
+            pair = pairs[p]
+            seen = min(float(self._seen[p]), pair.upper)
+            if floor < self._settings.wanted(seen, below[p]):
+                if chunk not in motions:
+                    motions[chunk] = over(left.step, body.mesh(chunk), body.chunks.vertices[chunk])
+                floor = follow(pair, motions[chunk], self.parts[p].mesh, frame, self._settings, seen,
+                               slack, partial(body.triangle, chunk), below[p])
+            pair.lower = min(pair.lower, max(floor, 0.0))

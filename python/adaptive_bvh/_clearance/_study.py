@@ -13,17 +13,18 @@ import json
 import os
 import re
 import signal
+import sys
 import time
 from multiprocessing import resource_tracker
 from typing import Any, Dict, List, NamedTuple, Tuple
 
 from .. import __version__
-from ._command import say, written
-from ._frames import SequenceError
+from ._command import internal, say, written
+from ._frames import SequenceError, read_text
 from ._inputs import InputError, Inputs
 from ._opening import Part, expanded
-from ._progress import Progress
-from ._run import INTERRUPTED, KEPT, VIOLATED, WRONG_INPUT, check
+from ._progress import Progress, put
+from ._run import INTERNAL, INTERRUPTED, KEPT, VIOLATED, WRONG_INPUT, check
 from ._table import Numbering, csv_rows, headline, write_whole
 from ._table import COLUMNS as _PAIR_COLUMNS
 
@@ -38,34 +39,27 @@ class Motion(NamedTuple):
 
 def read_study(path: str) -> List[Motion]:
     """SequenceError when the file is no such table."""
-    try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            text = file.read()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not in UTF-8"
-        raise SequenceError(f"{path} cannot be read ({reason}); name the table of the motions, "
-                            f"a CSV file, after --study") from None
-    lines = text.splitlines()
+    lines = read_text(path, "the table of the motions, a CSV file, after --study").splitlines()
     rows = csv.DictReader(lines, delimiter=";" if lines and ";" in lines[0] else ",")
     columns = rows.fieldnames or []
     if "name" not in columns or "moving" not in columns:
         raise SequenceError(f"{path} has no columns 'name' and 'moving' in its first line; write "
                             f"them there, and below a line for each motion")
     folder = os.path.dirname(os.path.abspath(path))
-    motions: List[Motion] = []
+    motions: Dict[str, Motion] = {}
     for row in rows:
         name = (row["name"] or "").strip()
         bodies = [[os.path.join(folder, file.strip()) for file in body.split("+")]
                   for body in (row["moving"] or "").split("|") if body.strip()]
-        if not name or not bodies or name in [motion.name for motion in motions]:
+        if not name or not bodies or name in motions:
             raise SequenceError(f"line {rows.line_num} of {path} has no name, no files, or a name "
                                 f"that another line has; give each motion a name and its files")
         about = {key: (value or "").strip() for key, value in row.items()
                  if key not in (None, "name", "moving") and isinstance(value, (str, type(None)))}
-        motions.append(Motion(name, bodies, about))
+        motions[name] = Motion(name, bodies, about)
     if not motions:
         raise SequenceError(f"{path} names no motion; write a line for each")
-    return motions
+    return list(motions.values())
 
 
 # ---- in a process of Dask ------------------------------------------------------------------------
@@ -187,11 +181,7 @@ def _compute(arguments: argparse.Namespace, given: Dict[str, Any], wanted: List[
             if error is None:
                 keep(motion, future.result())
             else:
-                text = str(error) if isinstance(error, (InputError, SequenceError)) else (
-                    f"its process ended each time that it was tried; it may need more memory than "
-                    f"there is ({type(error).__name__}: {error})")
-                done[motion.name] = {"status": WRONG_INPUT, "headline": text, "rows": [],
-                                     "problems": [text]}
+                done[motion.name] = _failed(error)
             future.release()
             progress.advance(1)
         return False
@@ -202,6 +192,17 @@ def _compute(arguments: argparse.Namespace, given: Dict[str, Any], wanted: List[
         client.close()
         if cluster is not None:
             cluster.close()
+
+
+def _failed(error: BaseException) -> Dict[str, Any]:
+    """The result of a motion that could not be computed."""
+    is_input = isinstance(error, (InputError, SequenceError))
+    text = str(error) if is_input else internal(error)
+    if type(error).__name__ == "KilledWorker":
+        text = ("its process ended each time that it was tried; it may need more memory than there "
+                "is; " + text)
+    return {"status": WRONG_INPUT if is_input else INTERNAL, "headline": text, "rows": [],
+            "problems": [text]}
 
 
 def run_study(arguments: argparse.Namespace) -> int:
@@ -250,7 +251,7 @@ def run_study(arguments: argparse.Namespace) -> int:
                 say(f"{kind}: {motion.name}: {text}")
     for motion in motions:
         if motion.name in done:
-            print(f"{motion.name}: {done[motion.name]['headline']}")
+            put(f"{motion.name}: {done[motion.name]['headline']}", sys.stdout)
     statuses = {result["status"] for result in done.values()}
     if arguments.report:
         statuses.add(written(arguments.report, lambda: write_whole(
@@ -261,7 +262,7 @@ def run_study(arguments: argparse.Namespace) -> int:
     if interrupted:
         say("Ctrl-C: run the same command again to go on")
         return INTERRUPTED
-    return next((s for s in (VIOLATED, WRONG_INPUT, INTERRUPTED) if s in statuses), KEPT)
+    return next((s for s in (VIOLATED, INTERNAL, WRONG_INPUT, INTERRUPTED) if s in statuses), KEPT)
 
 
 def _study_csv(motions: List[Motion], done: Dict[str, Dict[str, Any]]) -> str:

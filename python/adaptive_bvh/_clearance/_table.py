@@ -2,11 +2,11 @@
 
 import csv
 import io
-import os
-import tempfile
+import math
 from typing import Dict, List
 
-from ._lengths import digits, span, text_of
+from .. import _core
+from ._lengths import digits, plain, span, text_of
 from ._results import BodyResult, Interval, PairResult
 from ._run import Outcome
 
@@ -17,10 +17,13 @@ COLUMNS = ["moving", "part", "unit", "lower", "upper", "frame", "kept", "limit",
 
 
 class Numbering:
-    """Frame numbers as the user counts them: those of the files, or 0, 1, ..."""
+    """Frame numbers as the user counts them: those of the files, times, or 0, 1, ..."""
 
     def __init__(self, numbers: List[float]):
         self._numbers = numbers
+        least = min((b - a for a, b in zip(numbers, numbers[1:])), default=1.0)
+        # Hundredths of a step.
+        self.decimals = min(max(2 - math.floor(math.log10(least)), 2), 9) if least > 0 else 2
 
     def __call__(self, at: float) -> float:
         before = min(int(at), len(self._numbers) - 1)
@@ -28,10 +31,13 @@ class Numbering:
         share = at - before
         return self._numbers[before] * (1 - share) + self._numbers[after] * share
 
+    def text(self, at: float) -> str:
+        return f"{self(at):.{self.decimals}f}"
+
     def intervals(self, intervals: List[Interval]) -> List[str]:
         texts = []
         for begin, end in intervals:
-            first, last = span(self(begin), self(end))
+            first, last = span(self(begin), self(end), self.decimals)
             texts.append(first if first == last else f"{first}-{last}")
         return texts
 
@@ -80,7 +86,7 @@ def text_table(outcome: Outcome, numberings: Dict[str, Numbering]) -> str:
         assert pair.nearest is not None
         rows.append([pair.moving, pair.part, digits(pair.upper),
                      f"{digits(pair.lower)} and {digits(pair.upper)}",
-                     f"{number(pair.nearest.at):.2f}", text or "-"])
+                     number.text(pair.nearest.at), text or "-"])
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths)).rstrip()
              for row in rows]
@@ -104,7 +110,8 @@ def csv_rows(outcome: Outcome, numberings: Dict[str, Numbering]) -> List[List[ob
         if nearest is None:
             row += ["", "", "", verdict(pair, outcome.limit), repr(outcome.limit), ""] + [""] * 8
         else:
-            row += [repr(float(pair.lower)), repr(float(pair.upper)), f"{number(nearest.at):.6g}",
+            row += [repr(float(pair.lower)), repr(float(pair.upper)),
+                    plain(number(nearest.at), number.decimals + 4),
                     verdict(pair, outcome.limit), repr(outcome.limit),
                     "; ".join(number.intervals(pair.below))]
             row += [repr(float(x)) for x in nearest.points.ravel()]
@@ -120,20 +127,6 @@ def csv_text(outcome: Outcome, numberings: Dict[str, Numbering]) -> str:
 
 
 def write_whole(path: str, text: str) -> None:
-    """Writes a file as a whole, or leaves what was there. OSError as open."""
-    folder = os.path.dirname(os.path.abspath(path))
-    handle, temporary = tempfile.mkstemp(dir=folder, prefix=os.path.basename(path) + ".")
-    try:
-        with open(handle, "w", encoding="utf-8", newline="") as file:
-            file.write(text)
-        os.chmod(temporary, 0o666 & ~_umask())
-        os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
-        raise
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+    """Writes a file as a whole, or leaves what was there; what is no regular file, directly.
+    OSError as open."""
+    _core._write_file(path, text.encode("utf-8", "surrogateescape"))

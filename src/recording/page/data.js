@@ -110,11 +110,12 @@ function number(value) {
     : rounded.toFixed(Math.max(0, 2 - exponent));
 }
 
-// A length as text. A metric length has a unit in which it is at least 1; others keep their unit.
+// A length as text. A metric length has a unit in which it is at least 1; those below a thousandth of
+// a nanometre, and others, keep their unit.
 const metres = {km: 1e3, m: 1, dm: 0.1, cm: 1e-2, mm: 1e-3, "µm": 1e-6, um: 1e-6, nm: 1e-9}[run.unit];
 function length(value) {
-  if (!metres || value === 0) return number(value) + (run.unit ? " " + run.unit : "");
   const size = Number(Math.abs(value * metres).toPrecision(3));
+  if (!(size >= 1e-12)) return number(value) + (run.unit ? " " + run.unit : "");
   const [unit, factor] = [["km", 1e3], ["m", 1], ["mm", 1e-3], ["µm", 1e-6]]
     .find(([, least]) => size >= least) || ["nm", 1e-9];
   return `${number(value * metres / factor)} ${unit}`;

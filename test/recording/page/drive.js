@@ -190,7 +190,8 @@
   function checkLengths() {
     if (page.run.unit === "mm")
       for (const [value, shown] of [[8.2345, "8.23 mm"], [0.0123456, "12.3 µm"], [1234, "1.23 m"],
-        [999.6, "1.00 m"], [0, "0 mm"], [-25, "-25.0 mm"]])
+        [999.6, "1.00 m"], [0, "0 mm"], [-25, "-25.0 mm"],
+        [2.73e-8, "0.0273 nm"], [2.73e-13, "2.73e-13 mm"]])
         check(page.shown.length(value) === shown, `${value} is shown as ${page.shown.length(value)}`);
     for (const [value, shown] of [[123.456, "123"], [1234567, "1.23e+6"], [0.0009996, "0.00100"]])
       check(page.shown.number(value) === shown, `${value} is shown as ${page.shown.number(value)}`);
