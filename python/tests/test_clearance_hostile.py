@@ -366,6 +366,14 @@ def test_random_scenes_are_placed_as_load_mesh_does(tmp_path, seed):
     np.testing.assert_allclose(moved, np.broadcast_to([1, 2, 3], moved.shape), atol=1e-12)
 
 
+@pytest.mark.parametrize("animations", [None, [], {}, {"walk": {"channels": []}}, 3])
+def test_documents_without_animations_are_parts_of_a_sequence(tmp_path, animations):
+    document = moving_gltf()
+    document.json["animations"] = animations
+    document.write(tmp_path / "a_1.glb")
+    assert len(expect_alike(tmp_path / "a_1.glb")) == 1
+
+
 def test_documents_with_no_scene(tmp_path):
     document = moving_gltf([{"mesh": 0}, {"mesh": 0, "translation": [4, 0, 0]}])
     del document.json["scenes"], document.json["scene"]
