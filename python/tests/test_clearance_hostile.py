@@ -120,6 +120,13 @@ def test_a_frame_that_never_ends(run, tmp_path):  # noqa: F811
     assert len(found.errors) == 2 and found.row("part")["frames_checked"] == "0; 2"
 
 
+def test_a_build_that_reads_no_files(run, tmp_path, monkeypatch):  # noqa: F811
+    monkeypatch.delattr(ab._core, "_open_gltf")
+    write_ply(tmp_path / "a.ply", TRIANGLE, [[0, 1, 2]])
+    found = run("--moving", tmp_path / "a.ply", "--parts", tmp_path / "a.ply")
+    assert found.status == 2 and "was built without assimp" in found.errors[0]
+
+
 # ---- numbers and names ---------------------------------------------------------------------------
 
 
