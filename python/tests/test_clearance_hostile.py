@@ -120,6 +120,13 @@ def test_a_frame_that_never_ends(run, tmp_path):  # noqa: F811
     assert len(found.errors) == 2 and found.row("part")["frames_checked"] == "0; 2"
 
 
+def test_a_build_that_reads_no_files(run, tmp_path, monkeypatch):  # noqa: F811
+    monkeypatch.delattr(ab._core, "_open_gltf")
+    write_ply(tmp_path / "a.ply", TRIANGLE, [[0, 1, 2]])
+    found = run("--moving", tmp_path / "a.ply", "--parts", tmp_path / "a.ply")
+    assert found.status == 2 and "was built without assimp" in found.errors[0]
+
+
 # ---- numbers and names ---------------------------------------------------------------------------
 
 
@@ -364,6 +371,14 @@ def test_random_scenes_are_placed_as_load_mesh_does(tmp_path, seed):
     sequence = expect_alike(tmp_path / "a.glb")
     moved = sequence.read(1).positions - sequence.read(0).positions
     np.testing.assert_allclose(moved, np.broadcast_to([1, 2, 3], moved.shape), atol=1e-12)
+
+
+@pytest.mark.parametrize("animations", [None, [], {}, {"walk": {"channels": []}}, 3])
+def test_documents_without_animations_are_parts_of_a_sequence(tmp_path, animations):
+    document = moving_gltf()
+    document.json["animations"] = animations
+    document.write(tmp_path / "a_1.glb")
+    assert len(expect_alike(tmp_path / "a_1.glb")) == 1
 
 
 def test_documents_with_no_scene(tmp_path):

@@ -128,8 +128,8 @@ def gltf_sequence(path: str, name: str, rate: float, unit: str,
     except (MeshLoadError, MemoryError):
         return None  # the reader of numbered files says why
     document = json.loads(file.json) if file is not None else {}
-    if not document.get("animations"):
-        return None
+    if not isinstance(document.get("animations"), list) or not document["animations"]:
+        return None  # glTF 1 has an object there
     return GltfSequence(file, document, path, name, rate, factor("m", unit), up)
 
 

@@ -29,6 +29,9 @@ class Inputs:
     """What the arguments name, opened: moving bodies, parts, settings."""
 
     def __init__(self, arguments: argparse.Namespace, moving: Many[Many[str]]):
+        if not hasattr(_core, "_open_gltf"):
+            raise InputError("this adaptive_bvh was built without assimp and zlib, so it reads no "
+                             "mesh files; install one that was built with them")
         self.arguments = arguments
         self.unit = self._unit([path for names in moving for path in names])
         self.limit = length_from(arguments.clearance, self.unit)
