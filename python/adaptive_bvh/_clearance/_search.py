@@ -9,6 +9,9 @@ of frames is that of one of them. Used three times:
 - from the last frame at which the distance was asked, by the way since then;
 - during a step, from both ends of it: with d and e there it is at least (d + e - D) / 2 in between.
 
+On straight lines the gap along a fixed direction is least at an end: if the direction is that of the
+nearest points, this leaves few steps to be asked.
+
 A rigid body goes from pose to pose on a screw. Its vertices go along arcs, which are longer than the
 lines between their ends by `stretch` at most; no arc leaves both ends by more than half its length.
 
@@ -50,6 +53,7 @@ class _Open(NamedTuple):
     parts: List[int]
     chunks: List[int]
     floor: List[float]
+    normals: List[Floats]  # from the chunks to the parts
     upper: Floats
 
 
@@ -341,19 +345,32 @@ class Search:
         which = np.flatnonzero(is_open)
         which = which[np.argsort(floor[which], kind="stable")]
         return _Open(step, reach.parts[which].tolist(), reach.chunks[which].tolist(),
-                     floor[which].tolist(), upper)
+                     floor[which].tolist(),
+                     [body.normal(p, chunk) for p, chunk in zip(reach.parts[which].tolist(),
+                                                                reach.chunks[which].tolist())],
+                     upper)
 
     def _ask(self, result: BodyResult, body: Body, left: _Open, frame: int) -> None:
         """What the distances at the ends of a step left open."""
         pairs, slack = result.pairs, self._slack(body)
         below = self._wholly_below(pairs, left.upper, frame)
         motions: Dict[int, Moving] = {}
-        for p, chunk, floor in zip(left.parts, left.chunks, left.floor):
+        for p, chunk, floor, normal in zip(left.parts, left.chunks, left.floor, left.normals):
             pair = pairs[p]
             seen = min(float(self._seen[p]), pair.upper)
-            if floor < self._settings.wanted(seen, below[p]):
+            wanted = self._settings.wanted(seen, below[p])
+            if floor < wanted and not left.step.screw:
+                floor = max(floor, self._gap(left.step, body.chunks.vertices[chunk], p, normal) - slack)
+            if floor < wanted:
                 if chunk not in motions:
                     motions[chunk] = over(left.step, body.mesh(chunk), body.chunks.vertices[chunk])
                 floor = follow(pair, motions[chunk], self.parts[p].mesh, frame, self._settings, seen,
                                slack, partial(body.triangle, chunk), below[p])
             pair.lower = min(pair.lower, max(floor, 0.0))
+
+    def _gap(self, step: Step, rows: Ints, part: int, normal: Floats) -> float:
+        """How far a chunk is from a part along a direction during a step of straight lines, at
+        whose ends the gap is least."""
+        ends = max((positions.take(rows, axis=0) @ normal).max()
+                   for positions in (step.before, step.after))
+        return float((self.parts[part].corners @ normal).min() - ends)
