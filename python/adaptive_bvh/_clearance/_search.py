@@ -9,11 +9,12 @@ of frames is that of one of them. Used three times:
 - from the last frame at which the distance was asked, by the way since then;
 - during a step, from both ends of it: with d and e there it is at least (d + e - D) / 2 in between.
 
-On straight lines the gap along a fixed direction is least at an end: if the direction is that of the
-nearest points, this leaves few steps to be asked.
+On straight lines the gap along a fixed direction is least at an end: if the direction is that of
+the nearest points, this leaves few steps to be asked.
 
-A rigid body goes from pose to pose on a screw. Its vertices go along arcs, which are longer than the
-lines between their ends by `stretch` at most; no arc leaves both ends by more than half its length.
+A rigid body goes from pose to pose on a screw. Its vertices go along arcs, which are at most
+`stretch` times as long as the lines between their ends; no arc leaves both ends by more than half
+its length.
 
 What is neither above the limit nor above the least distance seen at all frames of a piece is asked
 during the step.
@@ -180,11 +181,11 @@ class Search:
         places = ", ".join(f"between {label(frame)} and {label(frame + 1)}" for frame in frames[:3])
         more = f", and {len(frames) - 3} more times" if len(frames) > 3 else ""
         if self._turns[frames[0]]:
-            return [f"{self.sequence.name} turns by more than a third of a turn {places}{more}; the "
-                    f"shorter way round was checked, so add poses in between"]
-        return [f"{self.sequence.name} turns by more than a quarter {places}{more}; its vertices go "
-                f"on straight lines, so it shrinks in between; export more frames there, or, if it is "
-                f"rigid, give one mesh and its poses (--poses)"]
+            return [f"{self.sequence.name} turns by more than a third of a turn {places}{more}; "
+                    f"the shorter way round was checked, so add poses in between"]
+        return [f"{self.sequence.name} turns by more than a quarter {places}{more}; its vertices "
+                f"go on straight lines, so it shrinks in between; export more frames there, or, if it "
+                f"is rigid, give one mesh and its poses (--poses)"]
 
     # ---- frames ------------------------------------------------------------------------------
 
@@ -321,8 +322,8 @@ class Search:
 
     def _step(self, result: BodyResult, body: Body, step: Step, reach: _Reach, away: Floats,
               frame: int) -> _Open:
-        """One step, by the distances at its ends. `away`: of each chunk from the first frame, at the
-        start of the step, during it at most, and at its end."""
+        """One step, by the distances at its ends. `away`: of each chunk from the first frame, at
+        the start of the step, during it at most, and at its end."""
         pairs, slack = result.pairs, self._slack(body)
         way = step.stretch * body.move(step.after)[reach.chunks]
         before, floor, after = reach.first - away[:, reach.chunks]
@@ -360,12 +361,13 @@ class Search:
             seen = min(float(self._seen[p]), pair.upper)
             wanted = self._settings.wanted(seen, below[p])
             if floor < wanted and not left.step.screw:
-                floor = max(floor, self._gap(left.step, body.chunks.vertices[chunk], p, normal) - slack)
+                gap = self._gap(left.step, body.chunks.vertices[chunk], p, normal)
+                floor = max(floor, gap - slack)
             if floor < wanted:
                 if chunk not in motions:
                     motions[chunk] = over(left.step, body.mesh(chunk), body.chunks.vertices[chunk])
-                floor = follow(pair, motions[chunk], self.parts[p].mesh, frame, self._settings, seen,
-                               slack, partial(body.triangle, chunk), below[p])
+                floor = follow(pair, motions[chunk], self.parts[p].mesh, frame, self._settings,
+                               seen, slack, partial(body.triangle, chunk), below[p])
             pair.lower = min(pair.lower, max(floor, 0.0))
 
     def _gap(self, step: Step, rows: Ints, part: int, normal: Floats) -> float:
