@@ -1,4 +1,4 @@
-"""The command `adaptive_bvh` as a process: where it finds its package, how it ends, what it writes."""
+"""The command `adaptive_bvh` as a process: its package, how it ends, what it writes."""
 
 import os
 import pathlib
@@ -31,7 +31,7 @@ def files(tmp_path):
             str(tmp_path / "part.ply")]
 
 
-# ---- where the command finds its package -----------------------------------------------------------
+# ---- where the command finds its package ---------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ def test_a_study_of_the_installed_command(tmp_path, files, installed):
     assert (result.returncode, result.stdout) == (0, "A: KEPT: nothing touches.\n"), result.stderr
 
 
-# ---- exit status -------------------------------------------------------------------------------------
+# ---- exit status ---------------------------------------------------------------------------------
 
 
 def test_ctrl_c_at_any_time(tmp_path, files, installed):
@@ -142,7 +142,7 @@ def test_lengths_that_are_negative(run, files, capsys):  # noqa: F811
         assert "is no length; write a number that is not negative" in capsys.readouterr().err
 
 
-# ---- files -------------------------------------------------------------------------------------------
+# ---- files ---------------------------------------------------------------------------------------
 
 
 def test_links_stay_links(run, tmp_path, files, page):  # noqa: F811

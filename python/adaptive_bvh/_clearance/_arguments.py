@@ -65,8 +65,8 @@ class _Poses(argparse.Action):
 
     def __call__(self, parser, namespace, values, option_string=None):
         if not namespace.moving or not values.lower().endswith(".csv"):
-            parser.error(f"--poses {values} stands alone, or is no .csv file; write it after the mesh "
-                         f"that it moves: --moving hose.stl --poses hose.csv")
+            parser.error(f"--poses {values} stands alone, or is no .csv file; write it after the "
+                         f"mesh that it moves: --moving hose.stl --poses hose.csv")
         namespace.moving[-1].append(values)
 
 
@@ -86,8 +86,8 @@ def parser() -> argparse.ArgumentParser:
         help="the frames of a moving body, in the order of their numbers; once for each body")
     add("--poses", metavar="FILE", action=_Poses, dest="moving", default=argparse.SUPPRESS,
         help="the poses of the body named before, which is one mesh then: a CSV file whose first "
-             "line names the columns t,x,y,z,qw,qx,qy,qz in their order; x, y, z in the unit of the "
-             "mesh, in the axes of --up. Between two poses the body goes on a screw")
+             "line names the columns t,x,y,z,qw,qx,qy,qz in their order; x, y, z in the unit of "
+             "the mesh, in the axes of --up. Between two poses the body goes on a screw")
     add("--parts", nargs="+", action="extend", metavar="FILE", default=[],
         help="the parts around, which stand still; one part a file")
     add("--clearance", metavar="LENGTH", nargs="+", action=_Length, default="0",

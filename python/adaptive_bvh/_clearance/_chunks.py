@@ -83,6 +83,7 @@ class Body:
         self._now = 0
         self._parts = parts
         self._queries: Dict[Tuple[int, int], CoherentDistance] = {}
+        self._found: Dict[Tuple[int, int], DistanceResult] = {}
 
     def move(self, vertices: Floats) -> Floats:
         """The largest displacement of each chunk, rounded up. Their meshes follow when asked."""
@@ -106,7 +107,14 @@ class Body:
             query = CoherentDistance(mesh, self._parts[part].mesh)
             self._queries[part, chunk] = query
         found = query.distance()
+        self._found[part, chunk] = found
         return max(found.distance, 0.0), found
+
+    def normal(self, part: int, chunk: int) -> Floats:
+        """From the chunk to the part, by the nearest points that were found last; 0 if none."""
+        found = self._found.get((part, chunk))
+        way = found.points[1] - found.points[0] if found else np.zeros(3)
+        return way / (np.linalg.norm(way) or 1.0)
 
     def triangle(self, chunk: int, number: int) -> int:
         """The number in the whole mesh of a chunk's triangle."""

@@ -19,6 +19,7 @@ class Part(NamedTuple):
     name: str
     path: str
     mesh: DeformableMesh
+    corners: Floats
     low: Floats  # of its box
     high: Floats
 
@@ -109,7 +110,7 @@ def open_part(path: str, reading: Reading) -> Part:
     try:
         mesh = DeformableMesh(reading.mesh(path, weld=True))
         corners = mesh.vertices
-        return Part(_stem(path), path, mesh, corners.min(axis=0), corners.max(axis=0))
+        return Part(_stem(path), path, mesh, corners, corners.min(axis=0), corners.max(axis=0))
     except MeshLoadError as error:
         raise SequenceError(f"{error}; this part is left out, export it again") from None
     except (ValueError, MemoryError) as error:

@@ -20,8 +20,8 @@ def _columns(header: List[str], path: str) -> List[int]:
     for column in _COLUMNS:
         if names.count(column) != 1:
             what = "two columns" if column in names else "no column"
-            raise SequenceError(f"{path} has {what} {column} in its first line; write there, in the "
-                                f"order of the columns: {','.join(_COLUMNS)}")
+            raise SequenceError(f"{path} has {what} {column} in its first line; write there, in "
+                                f"the order of the columns: {','.join(_COLUMNS)}")
     return [names.index(column) for column in _COLUMNS]
 
 
@@ -36,8 +36,8 @@ def _numbers(cells: List[str], columns: List[int], where: str) -> Floats:
                             f"the poses again")
     length = float(np.linalg.norm(numbers[4:]))
     if abs(length - 1) > _ROUNDED:
-        raise SequenceError(f"{where} has a quaternion of length {length:.6g}; write quaternions of "
-                            f"length 1, in the order that the first line names")
+        raise SequenceError(f"{where} has a quaternion of length {length:.6g}; write quaternions "
+                            f"of length 1, in the order that the first line names")
     return numbers
 
 
@@ -59,8 +59,8 @@ def read_poses(path: str, scale: float) -> Tuple[List[float], List[Pose]]:
         times.append(float(numbers[0]))
         poses.append(Pose(scale * numbers[1:4], numbers[4:] / np.linalg.norm(numbers[4:])))
     if len(poses) < 2:
-        raise SequenceError(f"{path} has {'one pose' if poses else 'no pose'}; a motion needs two or "
-                            f"more")
+        raise SequenceError(f"{path} has {'one pose' if poses else 'no pose'}; a motion needs two "
+                            f"or more")
     return times, poses
 
 

@@ -35,7 +35,8 @@ class Screw:
         self.stretch = half / sine * (1 + 1e-12) if sine > 0 else 1.0
         self._turn = vector * (2 * half / sine if sine > 0 else 2.0)  # back, from the end
         rotation = _matrix(product)
-        self.back = rotation, before.position - rotation @ after.position  # from the end to the start
+        # The pose that leads from the end to the start.
+        self.back = rotation, before.position - rotation @ after.position
         self._rate = np.linalg.solve(_average(self._turn), self.back[1])
 
     def at(self, share: float, after: _Floats) -> _Floats:

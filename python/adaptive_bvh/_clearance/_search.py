@@ -9,8 +9,12 @@ of frames is that of one of them. Used three times:
 - from the last frame at which the distance was asked, by the way since then;
 - during a step, from both ends of it: with d and e there it is at least (d + e - D) / 2 in between.
 
-A rigid body goes from pose to pose on a screw. Its vertices go along arcs, which are longer than the
-lines between their ends by `stretch` at most; no arc leaves both ends by more than half its length.
+On straight lines the gap along a fixed direction is least at an end: if the direction is that of
+the nearest points, this leaves few steps to be asked.
+
+A rigid body goes from pose to pose on a screw. Its vertices go along arcs, which are at most
+`stretch` times as long as the lines between their ends; no arc leaves both ends by more than half
+its length.
 
 What is neither above the limit nor above the least distance seen at all frames of a piece is asked
 during the step.
@@ -50,6 +54,7 @@ class _Open(NamedTuple):
     parts: List[int]
     chunks: List[int]
     floor: List[float]
+    normals: List[Floats]  # from the chunks to the parts
     upper: Floats
 
 
@@ -176,11 +181,11 @@ class Search:
         places = ", ".join(f"between {label(frame)} and {label(frame + 1)}" for frame in frames[:3])
         more = f", and {len(frames) - 3} more times" if len(frames) > 3 else ""
         if self._turns[frames[0]]:
-            return [f"{self.sequence.name} turns by more than a third of a turn {places}{more}; the "
-                    f"shorter way round was checked, so add poses in between"]
-        return [f"{self.sequence.name} turns by more than a quarter {places}{more}; its vertices go "
-                f"on straight lines, so it shrinks in between; export more frames there, or, if it is "
-                f"rigid, give one mesh and its poses (--poses)"]
+            return [f"{self.sequence.name} turns by more than a third of a turn {places}{more}; "
+                    f"the shorter way round was checked, so add poses in between"]
+        return [f"{self.sequence.name} turns by more than a quarter {places}{more}; its vertices "
+                f"go on straight lines, so it shrinks in between; export more frames there, or, if it "
+                f"is rigid, give one mesh and its poses (--poses)"]
 
     # ---- frames ------------------------------------------------------------------------------
 
@@ -317,8 +322,8 @@ class Search:
 
     def _step(self, result: BodyResult, body: Body, step: Step, reach: _Reach, away: Floats,
               frame: int) -> _Open:
-        """One step, by the distances at its ends. `away`: of each chunk from the first frame, at the
-        start of the step, during it at most, and at its end."""
+        """One step, by the distances at its ends. `away`: of each chunk from the first frame, at
+        the start of the step, during it at most, and at its end."""
         pairs, slack = result.pairs, self._slack(body)
         way = step.stretch * body.move(step.after)[reach.chunks]
         before, floor, after = reach.first - away[:, reach.chunks]
@@ -341,19 +346,33 @@ class Search:
         which = np.flatnonzero(is_open)
         which = which[np.argsort(floor[which], kind="stable")]
         return _Open(step, reach.parts[which].tolist(), reach.chunks[which].tolist(),
-                     floor[which].tolist(), upper)
+                     floor[which].tolist(),
+                     [body.normal(p, chunk) for p, chunk in zip(reach.parts[which].tolist(),
+                                                                reach.chunks[which].tolist())],
+                     upper)
 
     def _ask(self, result: BodyResult, body: Body, left: _Open, frame: int) -> None:
         """What the distances at the ends of a step left open."""
         pairs, slack = result.pairs, self._slack(body)
         below = self._wholly_below(pairs, left.upper, frame)
         motions: Dict[int, Moving] = {}
-        for p, chunk, floor in zip(left.parts, left.chunks, left.floor):
+        for p, chunk, floor, normal in zip(left.parts, left.chunks, left.floor, left.normals):
             pair = pairs[p]
             seen = min(float(self._seen[p]), pair.upper)
-            if floor < self._settings.wanted(seen, below[p]):
+            wanted = self._settings.wanted(seen, below[p])
+            if floor < wanted and not left.step.screw:
+                gap = self._gap(left.step, body.chunks.vertices[chunk], p, normal)
+                floor = max(floor, gap - slack)
+            if floor < wanted:
                 if chunk not in motions:
                     motions[chunk] = over(left.step, body.mesh(chunk), body.chunks.vertices[chunk])
-                floor = follow(pair, motions[chunk], self.parts[p].mesh, frame, self._settings, seen,
-                               slack, partial(body.triangle, chunk), below[p])
+                floor = follow(pair, motions[chunk], self.parts[p].mesh, frame, self._settings,
+                               seen, slack, partial(body.triangle, chunk), below[p])
             pair.lower = min(pair.lower, max(floor, 0.0))
+
+    def _gap(self, step: Step, rows: Ints, part: int, normal: Floats) -> float:
+        """How far a chunk is from a part along a direction during a step of straight lines, at
+        whose ends the gap is least."""
+        ends = max((positions.take(rows, axis=0) @ normal).max()
+                   for positions in (step.before, step.after))
+        return float((self.parts[part].corners @ normal).min() - ends)
