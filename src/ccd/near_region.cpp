@@ -120,11 +120,9 @@ void NearRegion::search(const std::vector<PlacedMotion>& bodies) {
 /// Appends the pairs of two bodies to those of this search.
 void NearRegion::addPairs(const ContinuousQuery& query, unsigned first_of_second) {
   SweptBoxes boxes(query);
-  const double most = radius_ + spare_.rounding, lost = separation_ + 4 * spare_.rounding;
-  const Leased<std::array<std::vector<double>, 2>> radii;
-  (*radii)[0].assign(query.first.num_vertices, most);
-  (*radii)[1].assign(query.second.num_vertices, spare_.rounding);  // obstacles do not move
-  const SweptPair pair = boxes.aroundStarts((*radii)[0], (*radii)[1], most);
+  const double lost = separation_ + 4 * spare_.rounding;
+  const SweptPair pair =  // obstacles do not move
+      boxes.overInterval({}, radius_ + spare_.rounding, spare_.rounding);
   const auto run = [&](auto is_self) {
     constexpr bool kIsSelf = decltype(is_self)::value;
     Search<kIsSelf> search(pair, boxes.frame(), lost, 2 * radius_, first_of_second, spare_.pairs);
