@@ -21,20 +21,19 @@ double firstPart(const ContinuousQuery& query) {
 
 /// Finds the earliest impact: searches intervals in turn, up to the first one with an impact. With
 /// kLists it also lists all candidates: by the same traversal if motions are short.
-template <bool kIsSelf, bool kLists>
+template <bool kLists>
 Impact earliestImpact(const ContinuousQuery& query, FeaturePairs& pairs) {
   TimeInterval part{0, firstPart(query)};
   if (kLists && part.end < 1) {
     findCandidates(query, pairs);
-    return earliestImpact<kIsSelf, false>(query, pairs);
+    return earliestImpact<false>(query, pairs);
   }
   SweptBoxes boxes(query);
   std::atomic<double> best{1};
   for (;;) {
     const SweptPair pair = boxes.overInterval(part);
-    EarliestImpact<kIsSelf, kLists> visitor(pair, boxes.frame(), part, query.separation, best,
-                                            pairs);
-    searchFeatures<kIsSelf>(pair, visitor, query.threads);
+    EarliestImpact<kLists> visitor(pair, boxes.frame(), part, query.separation, best, pairs);
+    searchFeatures(pair, visitor, query.threads);
     if (visitor.impact().happens() || part.end == 1) return visitor.impact();
     part = {part.end, part.end > 0.2 ? 1 : 4 * part.end};
   }
@@ -67,12 +66,8 @@ MovingFeatures movingFeatures(const MovingMesh& first, const MovingMesh& second,
 void findCandidates(const ContinuousQuery& query, FeaturePairs& pairs) {
   SweptBoxes boxes(query);
   const SweptPair pair = boxes.overInterval({});
-  const auto search = [&](auto is_self) {
-    constexpr bool kIsSelf = decltype(is_self)::value;
-    FeatureLists<kIsSelf> lists(query.first, query.second, pairs);
-    searchFeatures<kIsSelf>(pair, lists, query.threads);
-  };
-  query.isSelf() ? search(std::true_type()) : search(std::false_type());
+  FeatureLists lists(pair, pairs);
+  searchFeatures(pair, lists, query.threads);
 }
 
 void findTimes(const ContinuousQuery& query, const FeaturePairs& pairs, ImpactTimes& times) {
@@ -97,13 +92,11 @@ void findTimes(const ContinuousQuery& query, const FeaturePairs& pairs, ImpactTi
 
 Impact findEarliestImpact(const ContinuousQuery& query) {
   FeaturePairs none;
-  return query.isSelf() ? earliestImpact<true, false>(query, none)
-                        : earliestImpact<false, false>(query, none);
+  return earliestImpact<false>(query, none);
 }
 
 Impact findEarliestImpact(const ContinuousQuery& query, FeaturePairs& pairs) {
-  return query.isSelf() ? earliestImpact<true, true>(query, pairs)
-                        : earliestImpact<false, true>(query, pairs);
+  return earliestImpact<true>(query, pairs);
 }
 
 }  // namespace adaptive_bvh

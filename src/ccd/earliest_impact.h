@@ -18,8 +18,8 @@ inline bool isEarlier(const Impact& a, const Impact& b) {
 /// A visitor of FeatureFinder, and a sink of searchAll, that finds the earliest impact; with kLists
 /// it also lists all pairs. It discards pairs that stay apart until the earliest impact so far:
 /// four at a time, in single precision. For the others it computes the time of impact.
-template <bool kIsSelf, bool kLists>
-class EarliestImpact : public PairBatches<EarliestImpact<kIsSelf, kLists>> {
+template <bool kLists>
+class EarliestImpact : public PairBatches<EarliestImpact<kLists>> {
  public:
   /// `separation`: in the unit of the world. `best`: earliest time so far, of all threads. `pairs`
   /// is not read without kLists.
@@ -74,7 +74,7 @@ class EarliestImpact : public PairBatches<EarliestImpact<kIsSelf, kLists>> {
   using PairBatches<EarliestImpact>::kSwapped;
   using PairBatches<EarliestImpact>::pair_;
 
-  FeatureLists<kIsSelf> lists() const { return {pair_.first, pair_.second, *pairs_}; }
+  FeatureLists lists() const { return {pair_, *pairs_}; }
 
   template <int kNumFirst>
   ADAPTIVE_BVH_INLINE unsigned decided(const MovingPairs4& four) const {
@@ -109,13 +109,13 @@ class EarliestImpact : public PairBatches<EarliestImpact<kIsSelf, kLists>> {
     if (kNumFirst == 2) {
       FeaturePair edges = {a.features->edges()[ref.first].number,
                            b.features->edges()[ref.second].number};
-      if (kIsSelf && edges.second < edges.first) std::swap(edges.first, edges.second);
+      if (pair_.isSelf() && edges.second < edges.first) std::swap(edges.first, edges.second);
       return {0, FeatureKind::EdgeEdge, edges};
     }
     const bool swapped = ref.second & kSwapped;
     const unsigned vertex = (swapped ? b : a).features->vertices()[ref.first].vertex;
     const unsigned face = (*(swapped ? a : b).owners)[ref.second & ~kSwapped].triangle;
-    if (swapped && !kIsSelf) return {0, FeatureKind::FaceVertex, {face, vertex}};
+    if (swapped && !pair_.isSelf()) return {0, FeatureKind::FaceVertex, {face, vertex}};
     return {0, FeatureKind::VertexFace, {vertex, face}};
   }
 
