@@ -129,7 +129,8 @@ MotionClearance leastDistance(const Motion<S>& first, const Motion<S>& second, d
 
 /// Finds the times at which two bodies are nearer than `clearance`: disjoint intervals in order.
 /// Outside of them the bodies are at least `clearance` apart. At every time inside they are at most
-/// `clearance` + `tolerance` apart. `intervals` is overwritten.
+/// `clearance` + `tolerance` apart. With a clearance of 0 these are the times of contact, which are
+/// all inside. `intervals` is overwritten.
 template <typename S>
 void intervalsBelow(const BodyMotion<S>& first, const BodyMotion<S>& second, double clearance,
                     double tolerance, std::vector<MotionInterval>& intervals);

@@ -342,7 +342,7 @@ class Scene {
   /// that turn have met at time 0.
   ///
   /// For two meshes, the time is that of adaptive_bvh::earliestImpact. For others it is never late,
-  /// despite rounding, and early by the time in which the two approach by 1e-12 of their
+  /// despite rounding, and early by the time in which the two approach by 1e-10 of their
   /// coordinates in the world; where they touch at a grazing angle, by more. Bodies that touch at
   /// the start have the time 0, and so has a triangle that is inside of a shape. Throws like
   /// adaptive_bvh::earliestImpact.
@@ -359,8 +359,9 @@ class Scene {
   /// earliestImpact, and their least distance. The bounds differ by at most `tolerance`, and all
   /// other bodies stay at least `upper` - `tolerance` away. With FramePath::Screw, bodies go from
   /// one transform to the other on screws. Throws like adaptive_bvh::leastDistance, and
-  /// std::invalid_argument if the body may pair with an octree. Pairs of two planes or half-spaces
-  /// are left out. Starts from the pair that `nearest` or this call has kept, and keeps its own.
+  /// std::invalid_argument if the body is an octree, or one may pair with it by groups, ignored
+  /// pairs and filter, however far it is. Pairs of two planes or half-spaces are left out. Starts
+  /// from the pair that `nearest` or this call has kept, and keeps its own.
   SceneClearance leastDistance(BodyId body, double tolerance, FramePath path = FramePath::Straight);
   /// Of a const scene: keeps nothing.
   SceneClearance leastDistance(BodyId body, double tolerance,
@@ -372,7 +373,8 @@ class Scene {
                       FramePath path = FramePath::Straight) const;
   /// Finds all pairs of bodies that come nearer than `clearance`, and when: as
   /// adaptive_bvh::intervalsBelow does for each pair. Returns the number of pairs; `result` is
-  /// overwritten. Bodies with themselves are left out.
+  /// overwritten. Bodies with themselves are left out. Throws std::invalid_argument if an octree
+  /// may pair with a body.
   std::size_t intervalsBelow(double clearance, double tolerance, SceneIntervals& result,
                              FramePath path = FramePath::Straight) const;
 

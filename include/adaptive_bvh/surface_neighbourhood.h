@@ -18,8 +18,10 @@ struct NeighbourRanges;
 /// Made once, by the caller, and used for all positions of the mesh and of its copies. Each
 /// triangle has a list of its neighbours as ranges in the order of the mesh's tree, and each node
 /// of the tree the neighbours that all its triangles have in common: so a query skips whole parts
-/// of the surface. Time and memory grow with the sum of the neighbours of all triangles. Copies
-/// share the lists, which never change: thread-safe.
+/// of the surface. Making it takes time that grows with the sum of the neighbours of all triangles,
+/// and so with the square of the number of rings or of the distance on an even surface; a little
+/// more, because the search along edges is ordered by distance. Memory grows with the length of
+/// the boundaries of all neighbourhoods. Copies share the lists, which never change: thread-safe.
 class SurfaceNeighbourhood {
  public:
   /// Only triangles with a common vertex.

@@ -73,8 +73,9 @@ class TrustRegion {
   TrustRegion(const TrustRegion&) = delete;
   TrustRegion& operator=(const TrustRegion&) = delete;
 
-  /// Adds a mesh that does not deform by itself: `begin` reads its vertices. Keeps a reference; the
-  /// obstacle counts from the next `begin` on. Returns its number, from 0.
+  /// Adds a mesh that does not deform by itself: `begin` reads its vertices, which may change until
+  /// the next `begin`; its triangles may not. Keeps a reference; the obstacle counts from the next
+  /// `begin` on. Returns its number, from 0.
   std::size_t addObstacle(const Mesh& obstacle, const Transform& tf = Transform::Identity());
   /// Places an obstacle, from the next `begin` on. Throws std::out_of_range if there is none.
   void setTransform(std::size_t obstacle, const Transform& tf);

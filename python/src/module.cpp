@@ -1,5 +1,9 @@
 #include <pybind11/pybind11.h>
 
+#include <chrono>
+#include <thread>
+
+#include "adaptive_bvh/interruption.h"
 #include "bind.h"
 
 namespace adaptive_bvh::python {
@@ -12,6 +16,28 @@ namespace {
 /// for ever in another one.
 bool isMainInterpreter() { return PyInterpreterState_Get() == PyInterpreterState_Main(); }
 constexpr const char* kOtherInterpreter = "adaptive_bvh does not work in a subinterpreter";
+
+/// Python's main thread, where its signal handlers run; none if another thread imports the module.
+std::thread::id main_thread;
+
+/// Ends a query of the main thread when a handler raises, as that of Ctrl-C does. Seldom, because
+/// other threads may take 5 ms to hand over the GIL.
+void checkSignals() {
+  if (std::this_thread::get_id() != main_thread) return;
+  using Clock = std::chrono::steady_clock;
+  static Clock::time_point last;  // of the main thread alone
+  if (Clock::now() - last < std::chrono::milliseconds(100)) return;
+  last = Clock::now();
+  const py::gil_scoped_acquire gil;
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
+void letSignalsEndQueries() {
+  const py::module_ threading = py::module_::import("threading");
+  if (threading.attr("current_thread")().is(threading.attr("main_thread")()))
+    main_thread = std::this_thread::get_id();
+  setInterruptionCheck(checkSignals);
+}
 
 }  // namespace
 }  // namespace adaptive_bvh::python
@@ -53,6 +79,7 @@ PYBIND11_MODULE(_core, module) {
   module.def("_require_main_interpreter", [] {
     if (!isMainInterpreter()) throw pybind11::import_error(kOtherInterpreter);
   });
+  letSignalsEndQueries();
   module.attr("__name__") = name;
 }
 

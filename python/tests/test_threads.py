@@ -1,4 +1,6 @@
 import bisect
+import os
+import signal
 import sys
 import threading
 import time
@@ -126,3 +128,20 @@ def test_others_run_meanwhile(what):
 
     # With the GIL held this thread would stand still in the middle of each call.
     assert sum(has_tick(*one) for one in calls) >= 5
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGINT")
+def test_ctrl_c_ends_a_search_within_its_leaves():
+    """A fan: 1.8 billion pairs share a vertex, and all are tested."""
+    n = 60000
+    angle = 2 * np.pi * np.arange(n) / n
+    rim = np.c_[np.cos(angle), np.sin(angle), 0.3 * np.sin(7 * angle)]
+    fan = ab.DeformableMesh(np.vstack([[[0, 0, 0]], rim]),
+                            np.c_[np.zeros(n, int), 1 + np.arange(n), 1 + (np.arange(n) + 1) % n])
+    threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    begin = time.process_time()
+    with pytest.raises(KeyboardInterrupt):
+        ab.self_collide(fan)
+    assert time.process_time() - begin < 3
+    fan.update(fan.vertices + 1)  # no lock is left
+    assert ab.distance(fan, fan, None, (np.eye(3), [0, 0, 9])).distance > 8

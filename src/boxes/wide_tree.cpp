@@ -99,8 +99,8 @@ WideTree::WideTree(const OrderedTree& binary, std::shared_ptr<const LeafTriangle
 
 void WideTree::assignTopology(const WideTree& other) {
   if (triangles_ == other.triangles_) return;  // already copied
+  nodes_ = other.nodes_;                       // first, as it may throw
   triangles_ = other.triangles_;
-  nodes_ = other.nodes_;
   depth_ = other.depth_;
 }
 

@@ -78,11 +78,29 @@ class IntervalsBelow {
     const Pair& pair = candidate.pair;
     const typename Pair::At a = pair.at(begin), b = pair.at(end);
     const PairSample<Pair> middle(pair, pair.at((begin + end) / 2));
-    if (isApartAlong(pair, a, b, middle.normal, clearance_)) return Verdict::Apart;
-    if (begin == time.begin && end == time.end &&
-        pair.farthest(a, b, middle.at, middle.gap) <= clearance_ + query_.tolerance)
-      return Verdict::Near;
-    return Verdict::Unknown;
+    if (isApart(pair, a, b, middle)) return Verdict::Apart;
+    const bool is_whole = begin == time.begin && end == time.end;
+    return is_whole && isNear(pair, a, b, middle) ? Verdict::Near : Verdict::Unknown;
+  }
+  bool isApart(const Pair& pair, const typename Pair::At& a, const typename Pair::At& b,
+               const PairSample<Pair>& middle) const {
+    constexpr double kBlurred = 0x1p24;  // errors; the direction of shorter gaps has few digits
+    if (isApartAlong(pair, a, b, middle.normal, clearance_)) return true;
+    if (!(middle.gap.distance < kBlurred * pair.gapError(0))) return false;
+    const auto directions = pair.manyGuesses(middle.at, middle.normal);
+    return std::any_of(directions.begin(), directions.end(), [&](const fcl::Vector3d& n) {
+      return isApartAlong(pair, a, b, n, clearance_);
+    });
+  }
+  /// Whether a pair is near all the time: two points that are nearest in the middle, or two that go
+  /// from the nearest points at the begin to those at the end. The latter stay together in parts
+  /// that meet, where others part at once.
+  bool isNear(const Pair& pair, const typename Pair::At& a, const typename Pair::At& b,
+              const PairSample<Pair>& middle) const {
+    const double most = clearance_ + query_.tolerance;
+    if (!(middle.gap.distance <= most)) return false;
+    return pair.farthest(a, b, middle, middle) <= most ||
+           pair.farthest(a, b, PairSample<Pair>(pair, a), PairSample<Pair>(pair, b)) <= most;
   }
 
   const ClearanceQuery& query_;

@@ -109,22 +109,24 @@ class LeastDistance {
   double unresolved_ = std::numeric_limits<double>::infinity();
 };
 
-/// The goal of MotionWalk that finds the first impact, not later than best.time if best.upper is 0.
+/// The goal of MotionWalk that finds the first time, not after `latest`, at which two bodies are at
+/// most `separation` apart.
 template <typename Pair>
 class FirstImpact {
  public:
-  FirstImpact(const ClearanceQuery& query, MotionClearance& best)
-      : query_(query), best_(best), latest_(best.meet() ? best.time : 1) {}
+  FirstImpact(const ClearanceQuery& query, double separation, double latest, MotionClearance& best)
+      : query_(query), best_(best), separation_(separation), latest_(latest) {}
 
-  static double limit() { return 0; }
+  double limit() const { return separation_; }
   static Vector direction() { return Vector::Zero(); }
   bool admits(double begin) const { return begin < latest_ || (begin == 0 && !is_found_); }
   bool isDone() const { return latest_ == 0 && is_found_; }
+  bool isFound() const { return is_found_; }
 
   void leaf(unsigned i, unsigned j, double begin, double end) {
     if (isLeftOut(query_, i, j)) return;
     const Pair pair(query_.first.body, query_.second.body, {i, j});
-    findFirstImpact(pair, begin, std::max(begin, std::min(end, latest_)),
+    findFirstImpact(pair, begin, std::max(begin, std::min(end, latest_)), separation_,
                     [&](const PairSample<Pair>& sample) {
                       ++best_.pair_times;
                       take(sample, {i, j});
@@ -145,6 +147,7 @@ class FirstImpact {
 
   const ClearanceQuery& query_;
   MotionClearance& best_;
+  const double separation_;
   double latest_;
   bool is_found_ = false;
 };
@@ -158,6 +161,14 @@ void walkWith(const ClearanceQuery& query, Goal& goal, std::size_t& box_tests) {
   box_tests += search.boxTests();
 }
 
+/// Returns run(pair), where `pair` is a null pointer to the type of the pairs of parts.
+template <typename Run>
+auto withPairType(const ClearanceQuery& query, const Run& run) {
+  if (query.second.body.flat()) return run(static_cast<FlatPair*>(nullptr));
+  if (query.second.body.mesh()) return run(static_cast<MovingTrianglePair*>(nullptr));
+  return run(static_cast<SolidPair*>(nullptr));
+}
+
 template <typename Pair>
 bool lowerOf(const ClearanceQuery& query, MotionClearance& best) {
   // What earlier bodies have left undivided.
@@ -169,7 +180,7 @@ bool lowerOf(const ClearanceQuery& query, MotionClearance& best) {
   best.lower = std::max(0., std::min({best.upper - query.tolerance, goal.unresolved(), before}));
   if (!goal.isImproved()) return false;
   if (best.upper <= query.tolerance) {
-    FirstImpact<Pair> impact(query, best);
+    FirstImpact<Pair> impact(query, 0, best.meet() ? best.time : 1, best);
     walkWith(query, impact, best.box_tests);
   }
   return true;
@@ -207,9 +218,21 @@ void requireTolerable(const ClearanceQuery& query) {
 }
 
 bool lowerClearance(const ClearanceQuery& query, MotionClearance& best) {
-  if (query.second.body.flat()) return lowerOf<FlatPair>(query, best);
-  if (query.second.body.mesh()) return lowerOf<MovingTrianglePair>(query, best);
-  return lowerOf<SolidPair>(query, best);
+  return withPairType(query, [&](auto* pair) {
+    return lowerOf<std::remove_pointer_t<decltype(pair)>>(query, best);
+  });
+}
+
+bool findFirstImpact(const ClearanceQuery& query, double separation, double latest,
+                     MotionClearance& found) {
+  return withPairType(query, [&](auto* pair) {
+    FirstImpact<std::remove_pointer_t<decltype(pair)>> goal(query, separation, latest, found);
+    if (query.first.body.mesh())
+      walkWith(query, goal, found.box_tests);
+    else
+      goal.leaf(0, 0, 0, latest);
+    return goal.isFound();
+  });
 }
 
 void lowerToTriangles(const ClearanceQuery& query, const std::array<int, 2>& triangles,
@@ -237,17 +260,12 @@ void lowerToTriangles(const ClearanceQuery& query, const std::array<int, 2>& tri
 
 void findIntervalsBelow(const ClearanceQuery& query, double clearance,
                         std::vector<MotionInterval>& intervals) {
-  const auto find = [&](auto goal) {
+  withPairType(query, [&](auto* pair) {
+    IntervalsBelow<std::remove_pointer_t<decltype(pair)>> goal(query, clearance);
     std::size_t box_tests = 0;
     walkWith(query, goal, box_tests);
     goal.finish(intervals);
-  };
-  if (query.second.body.flat())
-    find(IntervalsBelow<FlatPair>(query, clearance));
-  else if (query.second.body.mesh())
-    find(IntervalsBelow<MovingTrianglePair>(query, clearance));
-  else
-    find(IntervalsBelow<SolidPair>(query, clearance));
+  });
 }
 
 }  // namespace adaptive_bvh

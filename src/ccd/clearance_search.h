@@ -35,6 +35,12 @@ bool lowerClearance(const ClearanceQuery& query, MotionClearance& best);
 void lowerToTriangles(const ClearanceQuery& query, const std::array<int, 2>& triangles,
                       MotionClearance& best);
 
+/// Finds the first time, not after `latest`, at which the bodies are at most `separation` apart; by
+/// docs/bounds.md, 22, never late, and early where they are nearer than that and 2^-34 of their
+/// extent. Sets found.time and found.triangles. Returns whether there is one.
+bool findFirstImpact(const ClearanceQuery& query, double separation, double latest,
+                     MotionClearance& found);
+
 /// Finds the times at which the bodies are nearer than a clearance.
 void findIntervalsBelow(const ClearanceQuery& query, double clearance,
                         std::vector<MotionInterval>& intervals);

@@ -19,35 +19,24 @@ double firstPart(const ContinuousQuery& query) {
   return motion < 1 ? 1 : std::max(1 / (2 * motion), 1. / 64);
 }
 
-/// Finds the earliest impact: searches intervals in turn, up to the first one with an impact.
-template <bool kIsSelf>
-Impact earliestImpact(const ContinuousQuery& query) {
+/// Finds the earliest impact: searches intervals in turn, up to the first one with an impact. With
+/// kLists it also lists all candidates: by the same traversal if motions are short.
+template <bool kLists>
+Impact earliestImpact(const ContinuousQuery& query, FeaturePairs& pairs) {
+  TimeInterval part{0, firstPart(query)};
+  if (kLists && part.end < 1) {
+    findCandidates(query, pairs);
+    return earliestImpact<false>(query, pairs);
+  }
   SweptBoxes boxes(query);
   std::atomic<double> best{1};
-  TimeInterval part{0, firstPart(query)};
   for (;;) {
     const SweptPair pair = boxes.overInterval(part);
-    EarliestImpact<kIsSelf> visitor(pair, boxes.frame(), part, query.separation, best);
-    searchFeatures<kIsSelf>(pair, visitor, query.threads);
+    EarliestImpact<kLists> visitor(pair, boxes.frame(), part, query.separation, best, pairs);
+    searchFeatures(pair, visitor, query.threads);
     if (visitor.impact().happens() || part.end == 1) return visitor.impact();
     part = {part.end, part.end > 0.2 ? 1 : 4 * part.end};
   }
-}
-
-/// Lists all candidates and returns the earliest impact, by one traversal if motions are short.
-template <bool kIsSelf>
-Impact listAndFind(const ContinuousQuery& query, FeaturePairs& pairs) {
-  if (firstPart(query) < 1) {
-    findCandidates(query, pairs);
-    return earliestImpact<kIsSelf>(query);
-  }
-  SweptBoxes boxes(query);
-  std::atomic<double> best{1};
-  const SweptPair pair = boxes.overInterval({});
-  const FeatureLists<kIsSelf> lists(query.first, query.second, pairs);
-  ListsAndImpact<kIsSelf> visitor(lists, {pair, boxes.frame(), {}, query.separation, best});
-  searchFeatures<kIsSelf>(pair, visitor, query.threads);
-  return visitor.impact();
 }
 
 }  // namespace
@@ -77,12 +66,8 @@ MovingFeatures movingFeatures(const MovingMesh& first, const MovingMesh& second,
 void findCandidates(const ContinuousQuery& query, FeaturePairs& pairs) {
   SweptBoxes boxes(query);
   const SweptPair pair = boxes.overInterval({});
-  const auto search = [&](auto is_self) {
-    constexpr bool kIsSelf = decltype(is_self)::value;
-    FeatureLists<kIsSelf> lists(query.first, query.second, pairs);
-    searchFeatures<kIsSelf>(pair, lists, query.threads);
-  };
-  query.isSelf() ? search(std::true_type()) : search(std::false_type());
+  FeatureLists lists(pair, pairs);
+  searchFeatures(pair, lists, query.threads);
 }
 
 void findTimes(const ContinuousQuery& query, const FeaturePairs& pairs, ImpactTimes& times) {
@@ -106,11 +91,12 @@ void findTimes(const ContinuousQuery& query, const FeaturePairs& pairs, ImpactTi
 }
 
 Impact findEarliestImpact(const ContinuousQuery& query) {
-  return query.isSelf() ? earliestImpact<true>(query) : earliestImpact<false>(query);
+  FeaturePairs none;
+  return earliestImpact<false>(query, none);
 }
 
 Impact findEarliestImpact(const ContinuousQuery& query, FeaturePairs& pairs) {
-  return query.isSelf() ? listAndFind<true>(query, pairs) : listAndFind<false>(query, pairs);
+  return earliestImpact<true>(query, pairs);
 }
 
 }  // namespace adaptive_bvh

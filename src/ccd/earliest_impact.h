@@ -15,38 +15,57 @@ inline bool isEarlier(const Impact& a, const Impact& b) {
   return a.pair < b.pair;
 }
 
-/// A visitor of FeatureFinder, and a sink of searchAll, that finds the earliest impact. It
-/// discards pairs that stay apart until the earliest impact so far: four at a time, in single
-/// precision. For the others it computes the time of impact.
-template <bool kIsSelf>
-class EarliestImpact : public PairBatches<EarliestImpact<kIsSelf>> {
+/// A visitor of FeatureFinder, and a sink of searchAll, that finds the earliest impact; with kLists
+/// it also lists all pairs. It discards pairs that stay apart until the earliest impact so far:
+/// four at a time, in single precision. For the others it computes the time of impact.
+template <bool kLists>
+class EarliestImpact : public PairBatches<EarliestImpact<kLists>> {
  public:
-  /// `separation`: in the unit of the world. `best`: earliest time so far, of all threads.
+  /// `separation`: in the unit of the world. `best`: earliest time so far, of all threads. `pairs`
+  /// is not read without kLists.
   EarliestImpact(const SweptPair& pair, const SweptFrame& frame, const TimeInterval& interval,
-                 double separation, std::atomic<double>& best)
+                 double separation, std::atomic<double>& best, FeaturePairs& pairs)
       : PairBatches<EarliestImpact>(pair),
         interval_(interval),
         separation_(separation),
         scaled_separation_(frame.lengthUp(separation)),
-        best_(best) {
+        best_(best),
+        pairs_(&pairs) {
     impact_.time = MovingFeatures::kNever;
   }
 
-  void clear() {}
+  ADAPTIVE_BVH_INLINE void vertexFace(unsigned v, unsigned t) {
+    if (kLists) lists().vertexFace(v, t);
+    PairBatches<EarliestImpact>::vertexFace(v, t);
+  }
+  ADAPTIVE_BVH_INLINE void faceVertex(unsigned t, unsigned v) {
+    if (kLists) lists().faceVertex(t, v);
+    PairBatches<EarliestImpact>::faceVertex(t, v);
+  }
+  ADAPTIVE_BVH_INLINE void edgeEdge(unsigned e, unsigned f) {
+    if (kLists) lists().edgeEdge(e, f);
+    PairBatches<EarliestImpact>::edgeEdge(e, f);
+  }
+  void clear() {
+    if (kLists) pairs_->clear();
+  }
   const Impact& impact() const { return impact_; }
 
-  // The interface of a sink of searchAll. The only result is the impact.
-  struct Result {};
-  EarliestImpact another(Result&) const { return *this; }
-  struct Mark {};
-  Mark mark() const { return {}; }
-  template <typename Found>
-  void take(const std::vector<Found>& tasks, const TaskPool&) {
-    for (const Found& task : tasks) take(task.worker->sink());
+  // The interface of a sink of searchAll.
+  using Result = FeaturePairs;
+  EarliestImpact another(Result& result) const {
+    EarliestImpact other = *this;
+    other.pairs_ = &result;
+    return other;
   }
-  /// Takes the impact of another thread if it is earlier.
-  void take(const EarliestImpact& worker) {
-    if (isEarlier(worker.impact_, impact_)) impact_ = worker.impact_;
+  using Mark = FeatureMark;
+  Mark mark() const { return kLists ? lists().mark() : Mark(); }
+  template <typename Found>
+  void take(const std::vector<Found>& tasks, const TaskPool& pool) {
+    for (const Found& task : tasks)
+      impact_ = std::min(impact_, task.worker->sink().impact_, isEarlier);
+    if (kLists)
+      lists().take(tasks, pool, [](const Found& task) { return task.worker->sink().lists(); });
   }
 
  private:
@@ -54,6 +73,8 @@ class EarliestImpact : public PairBatches<EarliestImpact<kIsSelf>> {
   using typename PairBatches<EarliestImpact>::PairRef;
   using PairBatches<EarliestImpact>::kSwapped;
   using PairBatches<EarliestImpact>::pair_;
+
+  FeatureLists lists() const { return {pair_, *pairs_}; }
 
   template <int kNumFirst>
   ADAPTIVE_BVH_INLINE unsigned decided(const MovingPairs4& four) const {
@@ -88,13 +109,13 @@ class EarliestImpact : public PairBatches<EarliestImpact<kIsSelf>> {
     if (kNumFirst == 2) {
       FeaturePair edges = {a.features->edges()[ref.first].number,
                            b.features->edges()[ref.second].number};
-      if (kIsSelf && edges.second < edges.first) std::swap(edges.first, edges.second);
+      if (pair_.isSelf() && edges.second < edges.first) std::swap(edges.first, edges.second);
       return {0, FeatureKind::EdgeEdge, edges};
     }
     const bool swapped = ref.second & kSwapped;
     const unsigned vertex = (swapped ? b : a).features->vertices()[ref.first].vertex;
     const unsigned face = (*(swapped ? a : b).owners)[ref.second & ~kSwapped].triangle;
-    if (swapped && !kIsSelf) return {0, FeatureKind::FaceVertex, {face, vertex}};
+    if (swapped && !pair_.isSelf()) return {0, FeatureKind::FaceVertex, {face, vertex}};
     return {0, FeatureKind::VertexFace, {vertex, face}};
   }
 
@@ -102,46 +123,8 @@ class EarliestImpact : public PairBatches<EarliestImpact<kIsSelf>> {
   const double separation_;
   const float scaled_separation_;
   std::atomic<double>& best_;
+  FeaturePairs* pairs_;
   Impact impact_;
-};
-
-/// A visitor of FeatureFinder that lists all pairs and finds the earliest impact.
-template <bool kIsSelf>
-class ListsAndImpact {
- public:
-  ListsAndImpact(const FeatureLists<kIsSelf>& lists, const EarliestImpact<kIsSelf>& earliest)
-      : lists_(lists), earliest_(earliest) {}
-
-  ADAPTIVE_BVH_INLINE void vertexFace(unsigned v, unsigned t) {
-    lists_.vertexFace(v, t);
-    earliest_.vertexFace(v, t);
-  }
-  ADAPTIVE_BVH_INLINE void faceVertex(unsigned t, unsigned v) {
-    lists_.faceVertex(t, v);
-    earliest_.faceVertex(t, v);
-  }
-  ADAPTIVE_BVH_INLINE void edgeEdge(unsigned e, unsigned f) {
-    lists_.edgeEdge(e, f);
-    earliest_.edgeEdge(e, f);
-  }
-  void clear() { lists_.clear(); }
-  void finish() { earliest_.finish(); }
-  const Impact& impact() const { return earliest_.impact(); }
-
-  using Result = typename FeatureLists<kIsSelf>::Result;
-  ListsAndImpact another(Result& result) const { return {lists_.another(result), earliest_}; }
-  using Mark = typename FeatureLists<kIsSelf>::Mark;
-  Mark mark() const { return lists_.mark(); }
-  template <typename Found>
-  void take(const std::vector<Found>& tasks, const TaskPool& pool) {
-    for (const Found& task : tasks) earliest_.take(task.worker->sink().earliest_);
-    lists_.take(
-        tasks, pool, [](const Found& task) -> auto& { return task.worker->sink().lists_; });
-  }
-
- private:
-  FeatureLists<kIsSelf> lists_;
-  EarliestImpact<kIsSelf> earliest_;
 };
 
 }  // namespace adaptive_bvh

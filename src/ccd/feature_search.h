@@ -17,41 +17,42 @@ struct SweptPair {
   const MovingMesh& second;
   const SweptTree& tree2;
 
+  bool isSelf() const { return &first == &second; }
   WideTrees trees() const {
     return {tree1.nodes(), tree2.nodes(), first.depth + second.depth, BoxFrame(nullptr, 0),
-            &first == &second};
+            isSelf()};
   }
 };
 
 /// A visitor of FeatureFinder, and a sink of searchAll, that lists all pairs by the numbers of
 /// their features. In a pair of vertex and face within one mesh, the vertex comes first.
-template <bool kIsSelf>
 class FeatureLists {
  public:
-  FeatureLists(const MovingMesh& first, const MovingMesh& second, FeaturePairs& pairs)
-      : first_(first), second_(second), pairs_(pairs) {}
+  FeatureLists(const SweptPair& pair, FeaturePairs& pairs)
+      : pair_(pair), is_self_(pair.isSelf()), pairs_(pairs) {}
 
   void clear() { pairs_.clear(); }
 
   ADAPTIVE_BVH_INLINE void vertexFace(unsigned v, unsigned t) {
-    appendPair(vertex(first_, v), triangle(second_, t), pairs_.vertex_face);
+    appendPair(vertex(pair_.first, v), triangle(pair_.second, t), pairs_.vertex_face);
   }
   ADAPTIVE_BVH_INLINE void faceVertex(unsigned t, unsigned v) {
-    if (kIsSelf)
-      appendPair(vertex(second_, v), triangle(first_, t), pairs_.vertex_face);
+    if (is_self_)
+      appendPair(vertex(pair_.second, v), triangle(pair_.first, t), pairs_.vertex_face);
     else
-      appendPair(triangle(first_, t), vertex(second_, v), pairs_.face_vertex);
+      appendPair(triangle(pair_.first, t), vertex(pair_.second, v), pairs_.face_vertex);
   }
   ADAPTIVE_BVH_INLINE void edgeEdge(unsigned e, unsigned f) {
-    const unsigned a = first_.features->edges()[e].number, b = second_.features->edges()[f].number;
-    const bool swaps = kIsSelf && b < a;
+    const unsigned a = pair_.first.features->edges()[e].number,
+                   b = pair_.second.features->edges()[f].number;
+    const bool swaps = is_self_ && b < a;
     appendPair(swaps ? b : a, swaps ? a : b, pairs_.edge_edge);
   }
   void finish() {}
 
   // The interface of a sink of searchAll.
   using Result = FeaturePairs;
-  FeatureLists another(Result& result) const { return {first_, second_, result}; }
+  FeatureLists another(Result& result) const { return {pair_, result}; }
   using Mark = FeatureMark;
   Mark mark() const { return markOf(pairs_); }
   template <typename Found>
@@ -75,7 +76,8 @@ class FeatureLists {
     return (*mesh.owners)[leaf_index].triangle;
   }
 
-  const MovingMesh &first_, &second_;
+  const SweptPair& pair_;
+  const bool is_self_;
   FeaturePairs& pairs_;
 };
 
@@ -89,7 +91,7 @@ class FeatureLists {
 ///   visitor.finish()           ends a traversal
 ///
 /// Triangles are given by leaf indices, vertices and edges by indices in FeatureLeaves.
-template <bool kIsSelf, typename Visitor>
+template <typename Visitor>
 class FeatureFinder {
  public:
   FeatureFinder(Visitor& visitor, const SweptPair& pair)
@@ -97,6 +99,7 @@ class FeatureFinder {
         second_(pair.second),
         tree1_(pair.tree1),
         tree2_(pair.tree2),
+        is_self_(pair.isSelf()),
         visitor_(visitor) {}
 
   void begin() {}
@@ -104,7 +107,7 @@ class FeatureFinder {
   static bool isDone() { return false; }
   /// Visits the pairs of two leaves whose boxes overlap.
   void foundLeaves(const WideNode& a, const WideNode& b, unsigned) {
-    if (kIsSelf && &a == &b)
+    if (is_self_ && &a == &b)
       within(a);
     else
       between(a, b);
@@ -149,17 +152,17 @@ class FeatureFinder {
 
   // Pass a pair to the visitor, unless both features are of one mesh and share a vertex.
   ADAPTIVE_BVH_INLINE void vertexFace(unsigned v, unsigned t) {
-    if (!kIsSelf || !has(second_.vertices[t], first_.features->vertices()[v].vertex))
+    if (!is_self_ || !has(second_.vertices[t], first_.features->vertices()[v].vertex))
       visitor_.vertexFace(v, t);
   }
   ADAPTIVE_BVH_INLINE void faceVertex(unsigned t, unsigned v) {
-    if (!kIsSelf || !has(first_.vertices[t], second_.features->vertices()[v].vertex))
+    if (!is_self_ || !has(first_.vertices[t], second_.features->vertices()[v].vertex))
       visitor_.faceVertex(t, v);
   }
   ADAPTIVE_BVH_INLINE void edgeEdge(unsigned e, unsigned f) {
     const OwnedEdge &a = first_.features->edges()[e], &b = second_.features->edges()[f];
     const unsigned *p = a.vertices, *q = b.vertices;
-    if (!kIsSelf || !((p[0] == q[0]) | (p[0] == q[1]) | (p[1] == q[0]) | (p[1] == q[1])))
+    if (!is_self_ || !((p[0] == q[0]) | (p[0] == q[1]) | (p[1] == q[0]) | (p[1] == q[1])))
       visitor_.edgeEdge(e, f);
   }
   ADAPTIVE_BVH_INLINE static bool has(const Int4& corners, unsigned vertex) {
@@ -177,13 +180,14 @@ class FeatureFinder {
 
   const MovingMesh &first_, &second_;
   const SweptTree &tree1_, &tree2_;
+  const bool is_self_;
   Visitor& visitor_;
 };
 
 /// Calls the visitor, a sink of searchAll, for all pairs of features whose swept boxes overlap.
-template <bool kIsSelf, typename Visitor>
+template <typename Visitor>
 void searchFeatures(const SweptPair& pair, Visitor& visitor, int threads) {
-  searchAll<FeatureFinder<kIsSelf, Visitor>>(threads, pair.trees(), visitor, pair);
+  searchAll<FeatureFinder<Visitor>>(threads, pair.trees(), visitor, pair);
 }
 
 }  // namespace adaptive_bvh

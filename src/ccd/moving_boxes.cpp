@@ -4,6 +4,14 @@
 #include <algorithm>
 
 namespace adaptive_bvh {
+namespace {
+
+template <typename T>
+void enlargeTo(std::size_t size, std::vector<T>& elements) {
+  if (elements.size() < size) elements.resize(size);
+}
+
+}  // namespace
 
 void MovingBoxes::assign(const MovingBody& body, double scale, double begin, double end) {
   body_ = &body;
@@ -26,14 +34,8 @@ void MovingBoxes::assignMesh() {
   const WideTree& tree = body_->mesh()->tree;
   links_ = tree.nodes();
   depth_ = tree.depth();
-  if (nodes_.size() < static_cast<std::size_t>(tree.size())) {
-    nodes_.resize(static_cast<std::size_t>(tree.size()));
-    made_.resize(nodes_.size());
-  }
-  if (moved_.size() < body_->mesh()->vertices.size()) {
-    moved_.resize(body_->mesh()->vertices.size());
-    positions_.resize(2 * moved_.size());
-  }
+  enlargeTo(static_cast<std::size_t>(tree.size()), nodes_);
+  enlargeTo(body_->mesh()->vertices.size(), vertices_);
   const BodyCoordinates& own = tree.coordinates();
   const double factor = scale_ / own.scale;
   double most = 0;
@@ -67,23 +69,23 @@ bool MovingBoxes::isCoarse(const WideNode& links) const {
 void MovingBoxes::make(int node) {
   const WideNode& links = links_[node];
   if (links.isLeaf() || !isCoarse(links)) return makeBelow(node);
-  const auto i = static_cast<std::size_t>(node);
-  made_[i] = epoch_;
-  for (int e = 0; e < 2; ++e) nodes_[i].at[e] = changes_[e](links.boxes);
+  Node& made = nodes_[static_cast<std::size_t>(node)];
+  made.epoch = epoch_;
+  for (int e = 0; e < 2; ++e) made.boxes.at[e] = changes_[e](links.boxes);
 }
 
 /// Makes the boxes of a node and of those below from the positions of vertices.
 void MovingBoxes::makeBelow(int node) {
   const WideNode& links = links_[node];
-  const auto i = static_cast<std::size_t>(node);
-  made_[i] = epoch_;
-  if (links.isLeaf()) return makeLeaf(links, nodes_[i]);
+  Node& made = nodes_[static_cast<std::size_t>(node)];
+  made.epoch = epoch_;
+  if (links.isLeaf()) return makeLeaf(links, made.boxes);
   for (int lane = 0; lane < int(links.count); ++lane)
-    if (made_[static_cast<std::size_t>(links.below[lane])] != epoch_) makeBelow(links.below[lane]);
+    if (!isMade(links.below[lane])) makeBelow(links.below[lane]);
   for (int e = 0; e < 2; ++e)
     refitInner(
-        links, [&](int child) -> const Boxes4& { return nodes_[std::size_t(child)].at[e]; },
-        nodes_[i].at[e]);
+        links, [&](int child) -> const Boxes4& { return nodes_[std::size_t(child)].boxes.at[e]; },
+        made.boxes.at[e]);
 }
 
 void MovingBoxes::makeLeaf(const WideNode& leaf, MovingNode& node) {
@@ -104,15 +106,15 @@ void MovingBoxes::makeLeaf(const WideNode& leaf, MovingNode& node) {
 /// The positions of a vertex at both ends.
 const Float4* MovingBoxes::positionsOf(int vertex) {
   const auto v = static_cast<std::size_t>(vertex);
-  Float4* const positions = &positions_[2 * v];
-  if (moved_[v] == epoch_) return positions;
-  moved_[v] = epoch_;
+  Vertex& moved = vertices_[v];
+  if (moved.epoch == epoch_) return moved.at;
+  moved.epoch = epoch_;
   for (int e = 0; e < 2; ++e) {
     const fcl::Vector3d y = scale_ * (body_->vertex(v, ends_[e]) - origins_[e]);
-    positions[e] =
+    moved.at[e] =
         Float4{static_cast<float>(y[0]), static_cast<float>(y[1]), static_cast<float>(y[2]), 0};
   }
-  return positions;
+  return moved.at;
 }
 
 /// A plane or half-space has no box.
@@ -122,11 +124,8 @@ void MovingBoxes::assignSolid() {
   single_.leaf = 0;
   links_ = &single_;
   depth_ = 1;
-  if (nodes_.empty()) {
-    nodes_.resize(1);
-    made_.resize(1);
-  }
-  made_[0] = epoch_;
+  enlargeTo(1, nodes_);
+  nodes_[0].epoch = epoch_;
   if (body_->flat()) return;
   for (int e = 0; e < 2; ++e) {
     Boxes4 boxes = kEmptyBoxes;
@@ -138,7 +137,7 @@ void MovingBoxes::assignSolid() {
       boxes.low[k][0] = static_cast<float>(side(-1)) - margin_[0];
       boxes.high[k][0] = static_cast<float>(side(1)) + margin_[0];
     }
-    nodes_[0].at[e] = boxes;
+    nodes_[0].boxes.at[e] = boxes;
   }
 }
 

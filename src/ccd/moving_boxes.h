@@ -30,8 +30,8 @@ class MovingBoxes {
   /// Links of the nodes; their boxes are not those of the motion.
   const WideNode* links() const { return links_; }
   const MovingNode& operator[](int node) {
-    if (made_[static_cast<std::size_t>(node)] != epoch_) make(node);
-    return nodes_[static_cast<std::size_t>(node)];
+    if (!isMade(node)) make(node);
+    return nodes_[static_cast<std::size_t>(node)].boxes;
   }
   int depth() const { return depth_; }
   /// The point at the begin or the end, in the world.
@@ -40,6 +40,17 @@ class MovingBoxes {
   double size() const { return size_; }
 
  private:
+  /// What was computed, and the epoch in which it was.
+  struct Node {
+    MovingNode boxes;
+    std::uint32_t epoch = 0;
+  };
+  struct Vertex {
+    Float4 at[2];  ///< positions at both ends
+    std::uint32_t epoch = 0;
+  };
+
+  bool isMade(int node) const { return nodes_[static_cast<std::size_t>(node)].epoch == epoch_; }
   void make(int node);
   bool isCoarse(const WideNode& links) const;
   void makeBelow(int node);
@@ -52,11 +63,8 @@ class MovingBoxes {
   MovingBody::At ends_[2];
   double scale_ = 1;
   const WideNode* links_ = nullptr;
-  std::vector<MovingNode> nodes_;
-  std::vector<std::uint32_t> made_;  ///< the epoch in which each node was made
-  /// The positions of each vertex at both ends, and the epoch in which they were computed.
-  std::vector<Float4> positions_;
-  std::vector<std::uint32_t> moved_;
+  std::vector<Node> nodes_;
+  std::vector<Vertex> vertices_;
   std::uint32_t epoch_ = 0;
   FrameChange changes_[2];  ///< from the boxes of the mesh's tree
   float least_side_ = 0;    ///< smaller boxes of the mesh's tree are not taken

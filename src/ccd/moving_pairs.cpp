@@ -64,6 +64,16 @@ TriangleGap rigidGap(const Triangle& triangle, const Solid& solid, const FrameAt
   return gap;
 }
 
+/// Upper bound of the distance of two points of parts that move evenly, while both points go evenly
+/// from one place in their part to another: a quadratic Bezier curve is as near as its corners.
+/// between(i, j): what is between the first places (i = 0) or the last ones, at the begin (j = 0)
+/// or at the end.
+template <typename Between>
+double farthestOf(const Between& between) {
+  return std::max(
+      {between(0, 0).norm(), ((between(0, 1) + between(1, 0)) / 2).norm(), between(1, 1).norm()});
+}
+
 double highestAlong(const Triangle& t, const Vector& n) {
   return std::max({n.dot(t[0]), n.dot(t[1]), n.dot(t[2])});
 }
@@ -72,6 +82,14 @@ double highestAlong(const Triangle& t, const Vector& n) {
 Vector materialPoint(const MovingBody::At& at, const Vector& x, const MovingBody::At& later) {
   const Vector local = at.frame.linear.partialPivLu().solve(x - at.frame.translation);
   return later.frame(local);
+}
+
+/// The nearest point of a triangle or a shape at the time of `sample`, where it is at another time.
+template <typename Sample, typename At>
+Vector firstPoint(const MovingBody& body, const Sample& sample, const At& then) {
+  const Vector& x = sample.gap.points.first;
+  return body.mesh() ? averageOf(then.triangle, weightsOf(sample.at.triangle, x))
+                     : materialPoint(sample.at.a, x, then.a);
 }
 
 }  // namespace
@@ -98,15 +116,16 @@ std::array<Vector, 11> MovingTrianglePair::manyGuesses(const At& at, const Vecto
   return directions;
 }
 
-/// The distance of two points of the triangles is a convex function of time, apart from arcs.
-double MovingTrianglePair::farthest(const At& a, const At& b, const At& at,
-                                    const TriangleGap& gap) const {
-  const Vector of_first = weightsOf(at.a, gap.points.first),
-               of_second = weightsOf(at.b, gap.points.second);
-  const auto distance = [&](const At& end) {
-    return (averageOf(end.b, of_second) - averageOf(end.a, of_first)).norm();
-  };
-  const double most = std::max(distance(a), distance(b));
+double MovingTrianglePair::farthest(const At& a, const At& b, const Sample& from,
+                                    const Sample& to) const {
+  const Vector of_first[2] = {weightsOf(from.at.a, from.gap.points.first),
+                              weightsOf(to.at.a, to.gap.points.first)},
+               of_second[2] = {weightsOf(from.at.b, from.gap.points.second),
+                               weightsOf(to.at.b, to.gap.points.second)};
+  const double most = farthestOf([&](int i, int j) -> Vector {
+    const At& at = j == 0 ? a : b;
+    return averageOf(at.b, of_second[i]) - averageOf(at.a, of_first[i]);
+  });
   return most + slack(a, b) + gapError(most);
 }
 
@@ -141,15 +160,13 @@ Vector SolidPair::guess(const At& at, int) const {
   return (at.b.frame(second_.middle()) - middle).stableNormalized();
 }
 
-double SolidPair::farthest(const At& a, const At& b, const At& at, const TriangleGap& gap) const {
-  const Vector weights =
-      first_.mesh() ? weightsOf(at.triangle, gap.points.first) : Vector(Vector::Zero());
-  const auto distance = [&](const At& end) {
-    const Vector first = first_.mesh() ? averageOf(end.triangle, weights)
-                                       : materialPoint(at.a, gap.points.first, end.a);
-    return (materialPoint(at.b, gap.points.second, end.b) - first).norm();
-  };
-  const double most = std::max(distance(a), distance(b));
+double SolidPair::farthest(const At& a, const At& b, const Sample& from, const Sample& to) const {
+  const double most = farthestOf([&](int i, int j) -> Vector {
+    const Sample& sample = i == 0 ? from : to;
+    const At& at = j == 0 ? a : b;
+    return materialPoint(sample.at.b, sample.gap.points.second, at.b) -
+           firstPoint(first_, sample, at);
+  });
   return most + slack(a, b) + gapError(most);
 }
 
@@ -194,7 +211,10 @@ TriangleGap FlatPair::gap(const At& at) const {
   const double lowest = height(at, low), highest = height(at, high);
   if (lowest > 0) return {{low, low - lowest * n}, lowest};
   if (!second_.flat()->isSolid() && highest < 0) return {{high, high - highest * n}, -highest};
-  return {{low, low}, 0};
+  const Vector met = second_.flat()->isSolid() || !(lowest < highest)
+                         ? low
+                         : Vector(low + lowest / (lowest - highest) * (high - low));
+  return {{met, met}, 0};
 }
 
 /// Below a half-space's plane there is no separation.
@@ -226,20 +246,21 @@ double FlatPair::slack(const At& a, const At& b) const {
   return (turn * (motion / 4) + arcs) / least * (1 + 1e-9) + slack_(length);
 }
 
-/// The height of a material point, times the normal's length, is quadratic in time.
-double FlatPair::farthest(const At& a, const At& b, const At& at, const TriangleGap& gap) const {
-  const Vector weights =
-      first_.mesh() ? weightsOf(at.triangle, gap.points.first) : Vector(Vector::Zero());
-  const auto distance = [&](const At& end) {
-    const Vector x = first_.mesh() ? averageOf(end.triangle, weights)
-                                   : materialPoint(at.a, gap.points.first, end.a);
-    const double above = height(end, x);
-    return second_.flat()->isSolid() ? std::max(above, 0.) : std::fabs(above);
-  };
-  const double turn = (b.normal - a.normal).norm(),
-               least = std::min(a.normal.norm(), b.normal.norm()) - turn;
-  const double most = std::max(distance(a), distance(b));
-  return most * (1 + 2 * turn / std::max(least, 0.)) + slack(a, b) + gapError(most);
+/// The height of a point that goes evenly in its part, times the normal's length, is a cubic Bezier
+/// curve, which is as near as its corners.
+double FlatPair::farthest(const At& a, const At& b, const Sample& from, const Sample& to) const {
+  const Vector first = firstPoint(first_, from, a), last = firstPoint(first_, to, b),
+               middle = (firstPoint(first_, from, b) + firstPoint(first_, to, a)) / 2;
+  const double least = std::min(a.normal.norm(), b.normal.norm()) - (b.normal - a.normal).norm();
+  double most = 0;
+  for (const double height :
+       {a.normal.dot(first) - a.offset,
+        (2 * (a.normal.dot(middle) - a.offset) + b.normal.dot(first) - b.offset) / 3,
+        (a.normal.dot(last) - a.offset + 2 * (b.normal.dot(middle) - b.offset)) / 3,
+        b.normal.dot(last) - b.offset})
+    most = std::max(most, second_.flat()->isSolid() ? height : std::fabs(height));
+  most /= std::max(least, 0.);
+  return most + slack(a, b) + gapError(most);
 }
 
 }  // namespace adaptive_bvh

@@ -15,8 +15,9 @@
 //   slack(a, b)             for times t between those of a and b: the distance is at least the
 //   linear
 //                           interpolation of the separations at a and b along any n, less this
-//   farthest(a, b, c, gap)  an upper bound of the distance between the times of a and b, given the
-//                           gap at the time of c
+//   farthest(a, b, s, e)    an upper bound of the distance between the times of a and b: of points
+//                           that go evenly, in their parts, from the nearest ones of the sample s
+//                           to those of e
 //   gapError(distance)      bound of the error of a distance at a time
 //   kGuesses, guess(at, i)  directions that may separate the parts; a zero vector is none
 //   manyGuesses(at, n)      more of them, for parts so near that the direction n between their
@@ -37,6 +38,17 @@ inline fcl::Vector3d directionOf(const TriangleGap& gap) {
   const double length = between.stableNorm();
   return length > 0 ? fcl::Vector3d(between / length) : fcl::Vector3d(fcl::Vector3d::Zero());
 }
+
+/// The nearest points of a pair at one time.
+template <typename Pair>
+struct PairSample {
+  typename Pair::At at;
+  TriangleGap gap;
+  fcl::Vector3d normal;  ///< unit vector between the points, or zero
+
+  PairSample(const Pair& pair, const typename Pair::At& now)
+      : at(now), gap(pair.gap(now)), normal(directionOf(gap)) {}
+};
 
 /// Errors and arcs of a pair of bodies.
 class PairSlack {
@@ -83,6 +95,7 @@ class MovingTrianglePair : public PairOfParts {
   };
 
   using PairOfParts::PairOfParts;
+  using Sample = PairSample<MovingTrianglePair>;
 
   At at(double t) const {
     return {t, first_.triangle(parts_.first, first_.at(t)),
@@ -99,7 +112,7 @@ class MovingTrianglePair : public PairOfParts {
   static fcl::Vector3d guess(const At& at, int i);
   /// Both normals, and what is perpendicular to an edge of each.
   static std::array<fcl::Vector3d, 11> manyGuesses(const At& at, const fcl::Vector3d& n);
-  double farthest(const At& a, const At& b, const At& at, const TriangleGap& gap) const;
+  double farthest(const At& a, const At& b, const Sample& from, const Sample& to) const;
   double gapError(double distance) const { return slack_.ofGap(distance, 0x1p-44); }
 };
 
@@ -113,6 +126,7 @@ class SolidPair : public PairOfParts {
   };
 
   using PairOfParts::PairOfParts;
+  using Sample = PairSample<SolidPair>;
 
   At at(double t) const;
   TriangleGap gap(const At& at) const;
@@ -122,7 +136,7 @@ class SolidPair : public PairOfParts {
   std::array<fcl::Vector3d, 1> manyGuesses(const At& at, const fcl::Vector3d&) const {
     return {guess(at, 0)};
   }
-  double farthest(const At& a, const At& b, const At& at, const TriangleGap& gap) const;
+  double farthest(const At& a, const At& b, const Sample& from, const Sample& to) const;
   double gapError(double distance) const { return slack_.ofGap(distance, 0x1p-40); }
 };
 
@@ -138,6 +152,7 @@ class FlatPair : public PairOfParts {
   };
 
   using PairOfParts::PairOfParts;
+  using Sample = PairSample<FlatPair>;
 
   At at(double t) const;
   TriangleGap gap(const At& at) const;
@@ -148,7 +163,7 @@ class FlatPair : public PairOfParts {
     return {guess(at, 0)};
   }
   double slack(const At& a, const At& b) const;
-  double farthest(const At& a, const At& b, const At& at, const TriangleGap& gap) const;
+  double farthest(const At& a, const At& b, const Sample& from, const Sample& to) const;
   double gapError(double distance) const { return slack_.ofGap(distance, 0x1p-44); }
 
  private:

@@ -34,8 +34,7 @@ float downward(double x) { return static_cast<float>(x - std::abs(x) / (1 << 20)
 }  // namespace
 
 /// A visitor of FeatureFinder that appends the pairs whose gap may be below twice the radius.
-template <bool kIsSelf>
-class NearRegion::Search : public PairBatches<NearRegion::Search<kIsSelf>> {
+class NearRegion::Search : public PairBatches<NearRegion::Search> {
  public:
   /// `lost`: what the separation and rounding take from a distance. `first_of_second`: number of
   /// the first vertex of the second mesh.
@@ -51,8 +50,6 @@ class NearRegion::Search : public PairBatches<NearRegion::Search<kIsSelf>> {
 
  private:
   friend PairBatches<Search>;
-  using typename PairBatches<Search>::PairRef;
-  using PairBatches<Search>::pair_;
 
   template <int kNumFirst>
   ADAPTIVE_BVH_INLINE unsigned decided(const MovingPairs4& four) {
@@ -61,7 +58,7 @@ class NearRegion::Search : public PairBatches<NearRegion::Search<kIsSelf>> {
   }
   template <int kNumFirst>
   void test(const PairRef& ref, unsigned k) {
-    const auto of = this->template verticesOf<kNumFirst>(ref);
+    const auto of = verticesOf<kNumFirst>(ref);
     Pair pair{{}, downward(double(distances_[k]) / scale_ - lost_)};
     for (int i = 0; i < 4; ++i)
       pair.corners[std::size_t(i)] =
@@ -120,18 +117,11 @@ void NearRegion::search(const std::vector<PlacedMotion>& bodies) {
 /// Appends the pairs of two bodies to those of this search.
 void NearRegion::addPairs(const ContinuousQuery& query, unsigned first_of_second) {
   SweptBoxes boxes(query);
-  const double most = radius_ + spare_.rounding, lost = separation_ + 4 * spare_.rounding;
-  const Leased<std::array<std::vector<double>, 2>> radii;
-  (*radii)[0].assign(query.first.num_vertices, most);
-  (*radii)[1].assign(query.second.num_vertices, spare_.rounding);  // obstacles do not move
-  const SweptPair pair = boxes.aroundStarts((*radii)[0], (*radii)[1], most);
-  const auto run = [&](auto is_self) {
-    constexpr bool kIsSelf = decltype(is_self)::value;
-    Search<kIsSelf> search(pair, boxes.frame(), lost, 2 * radius_, first_of_second, spare_.pairs);
-    TriangleSearch<FeatureFinder<kIsSelf, Search<kIsSelf>>>(pair.trees(), search, pair)
-        .runFromRoots();
-  };
-  query.isSelf() ? run(std::true_type()) : run(std::false_type());
+  const double lost = separation_ + 4 * spare_.rounding;
+  const SweptPair pair =  // obstacles do not move
+      boxes.overInterval({}, radius_ + spare_.rounding, spare_.rounding);
+  Search search(pair, boxes.frame(), lost, 2 * radius_, first_of_second, spare_.pairs);
+  TriangleSearch<FeatureFinder<Search>>(pair.trees(), search, pair).runFromRoots();
 }
 
 std::size_t NearRegion::truncate(const Points& proposed) {

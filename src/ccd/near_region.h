@@ -34,7 +34,6 @@ class NearRegion {
   }
 
  private:
-  template <bool kIsSelf>
   class Search;
 
   struct Pair {

@@ -14,17 +14,6 @@ namespace adaptive_bvh {
 /// Shorter parts of the motion are not divided.
 constexpr double kShortestTime = 0x1p-42;
 
-/// The nearest points of a pair at one time.
-template <typename Pair>
-struct PairSample {
-  typename Pair::At at;
-  TriangleGap gap;
-  fcl::Vector3d normal;  ///< unit vector between the points, or zero
-
-  PairSample(const Pair& pair, const typename Pair::At& now)
-      : at(now), gap(pair.gap(now)), normal(directionOf(gap)) {}
-};
-
 /// A lower bound of the distance in a part of the motion, and a time at which to divide it.
 struct TimeBound {
   double lower, time;
@@ -68,46 +57,52 @@ bool isApartByGuess(const Pair& pair, const typename Pair::At& a, const typename
   return false;
 }
 
-/// The time until which a pair is certainly apart along one direction, from the time of a sample to
-/// that of `end`; the former if that is not known.
+/// The time until which a pair is certainly more than `distance` apart along one direction, from
+/// the time of a sample to that of `end`; the former if that is not known.
 template <typename Pair>
 double apartUntil(const Pair& pair, const typename Pair::At& now, const typename Pair::At& end,
-                  const fcl::Vector3d& n) {
-  const double slack = pair.slack(now, end);
-  const double first = pair.separation(now, n) - slack, last = pair.separation(end, n) - slack;
+                  const fcl::Vector3d& n, double distance) {
+  const double needed = pair.slack(now, end) + distance;
+  const double first = pair.separation(now, n) - needed, last = pair.separation(end, n) - needed;
   if (!(first > 0)) return now.t;
   if (last > 0) return end.t;
   return now.t + (end.t - now.t) * (first / (first - last)) * (1 - 0x1p-40);
 }
 /// The same along the best of several directions.
 template <typename Pair>
-double apartUntil(const Pair& pair, const PairSample<Pair>& now, const typename Pair::At& end) {
-  const double along = apartUntil(pair, now.at, end, now.normal);
+double apartUntil(const Pair& pair, const PairSample<Pair>& now, const typename Pair::At& end,
+                  double distance) {
+  const double along = apartUntil(pair, now.at, end, now.normal, distance);
   if (along > now.at.t) return along;
   double best = now.at.t;
   for (const fcl::Vector3d& n : pair.manyGuesses(now.at, now.normal))
-    best = std::max(best, apartUntil(pair, now.at, end, n));
+    best = std::max(best, apartUntil(pair, now.at, end, n, distance));
   return best;
 }
 
-/// Calls found(sample) at the first time from `begin` to `end` at which a pair meets, or nearly
-/// does: at a time before which it is apart. Conservative advancement; parts of the motion that are
-/// too long for the bound are shortened.
+/// Calls found(sample) at the first time from `begin` to `end` at which a pair is at most
+/// `separation` apart, or nearly so: at a time before which it is farther apart. Conservative
+/// advancement; parts of the motion that are too long for the bound are shortened.
 template <typename Pair, typename Found>
-void findFirstImpact(const Pair& pair, double begin, double end, const Found& found) {
+void findFirstImpact(const Pair& pair, double begin, double end, double separation,
+                     const Found& found) {
   constexpr int kMostSteps = 5000;
   constexpr double kContact = 64;  // gaps of so many times the error count as contact
+  const double contact = separation + kContact * pair.gapError(separation);
   double t = begin, length = end - begin;
   for (int step = 0;; ++step) {
     const PairSample<Pair> now(pair, pair.at(t));
-    const bool is_contact = !(now.gap.distance > kContact * pair.gapError(0));
+    const bool is_contact = !(now.gap.distance > contact);
     if (is_contact || length < kShortestTime || step == kMostSteps) return found(now);
-    double next = t;
-    for (; !(next > t) && length >= kShortestTime; length /= 4)
-      next = apartUntil(pair, now, pair.at(std::min(t + length, end)));
+    double next = t, until = t;
+    for (; !(next > t) && length >= kShortestTime; length /= 4) {
+      until = std::min(t + length, end);
+      next = apartUntil(pair, now, pair.at(until), separation);
+    }
     if (next >= end) return;
+    length =
+        next == until ? 8 * length : 4 * (next - t);  // a chord that ends far is low in between
     t = next;
-    length *= 8;
   }
 }
 

@@ -42,8 +42,9 @@ PlacedMotion::PlacedMotion(const MeshState& mesh, const fcl::Vector3<S>* start,
                            const fcl::Transform3d& end_tf, Memory& memory)
     : threads_(mesh.query_threads) {
   const std::size_t count = mesh.vertices.size();
+  const bool is_still = start == end && start_tf.matrix() == end_tf.matrix();
   const double size = std::max(toWorld(start, count, start_tf, memory.start),
-                               toWorld(end, count, end_tf, memory.end));
+                               is_still ? 0 : toWorld(end, count, end_tf, memory.end));
   const MeshTopology& topology = *mesh.topology;
   mesh_ = {mesh.tree.nodes(),
            topology.leaves.corners.data(),
@@ -51,7 +52,7 @@ PlacedMotion::PlacedMotion(const MeshState& mesh, const fcl::Vector3<S>* start,
            &topology.owners,
            &topology.features,
            memory.start.data(),
-           memory.end.data(),
+           is_still ? memory.start.data() : memory.end.data(),
            topology.triangles.data(),
            static_cast<unsigned>(count),
            static_cast<unsigned>(topology.triangles.size()),

@@ -38,6 +38,8 @@ class PlacedMotion {
   }
   ContinuousQuery withItself(double separation) const { return with(*this, separation); }
   const MovingMesh& mesh() const { return mesh_; }
+  /// Reads the links of the mesh's tree where they are now, after the mesh was assigned a copy.
+  void findLinks(const MeshState& mesh) { mesh_.nodes = mesh.tree.nodes(); }
 
  private:
   MovingMesh mesh_;

@@ -15,12 +15,14 @@ namespace {
 /// lengths of the motions. For each pair of features, the distance at the start, less the
 /// separation, is divided in proportion to both motions; the displacements of their vertices are
 /// lowered to these shares. No point of a feature moves farther than one of its vertices.
-template <bool kIsSelf>
 class SafeDisplacements {
  public:
   SafeDisplacements(const SweptPair& pair, double separation, std::vector<double>& of_first,
                     std::vector<double>& of_second)
-      : pair_(pair), separation_(separation), first_(of_first), second_(of_second) {}
+      : pair_(pair),
+        separation_(separation),
+        first_(of_first),
+        second_(pair.isSelf() ? of_first : of_second) {}
 
   /// Sets the displacement of each vertex to the length of its motion.
   static void setToMotion(const MovingMesh& mesh, std::vector<double>& safe) {
@@ -58,7 +60,7 @@ class SafeDisplacements {
   };
 
   Corner first(int v) const { return corner(pair_.first, first_, v); }
-  Corner second(int v) const { return corner(pair_.second, kIsSelf ? first_ : second_, v); }
+  Corner second(int v) const { return corner(pair_.second, second_, v); }
   static Corner corner(const MovingMesh& mesh, std::vector<double>& safe, int v) {
     return {&mesh.start[v], &mesh.end[v], &safe[static_cast<std::size_t>(v)]};
   }
@@ -115,17 +117,9 @@ class SafeDisplacements {
 /// pairs lower most displacements, so that the last search, without a limit, finds few pairs.
 void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of_first,
                            std::vector<double>& of_second) {
-  SafeDisplacements<false>::setToMotion(query.first, of_first);
-  if (!query.isSelf()) SafeDisplacements<false>::setToMotion(query.second, of_second);
+  SafeDisplacements::setToMotion(query.first, of_first);
+  if (!query.isSelf()) SafeDisplacements::setToMotion(query.second, of_second);
   SweptBoxes boxes(query);
-  const auto search = [&](auto is_self, const SweptPair& pair) {
-    constexpr bool kIsSelf = decltype(is_self)::value;
-    SafeDisplacements<kIsSelf> displacements(pair, query.separation, of_first, of_second);
-    // On one thread, because the result depends on the order of the pairs.
-    TriangleSearch<FeatureFinder<kIsSelf, SafeDisplacements<kIsSelf>>>(pair.trees(), displacements,
-                                                                       pair)
-        .runFromRoots();
-  };
   const auto largest = [](const std::vector<double>& lengths) {
     return lengths.empty() ? 0. : *std::max_element(lengths.begin(), lengths.end());
   };
@@ -135,7 +129,10 @@ void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of
     is_last = !(limit < std::max(largest(of_first), largest(of_second)) && limit > 0);
     const SweptPair pair = boxes.aroundStarts(
         of_first, of_second, is_last ? std::numeric_limits<double>::infinity() : limit);
-    query.isSelf() ? search(std::true_type(), pair) : search(std::false_type(), pair);
+    SafeDisplacements displacements(pair, query.separation, of_first, of_second);
+    // On one thread, because the result depends on the order of the pairs.
+    TriangleSearch<FeatureFinder<SafeDisplacements>>(pair.trees(), displacements, pair)
+        .runFromRoots();
   }
 }
 

@@ -27,24 +27,31 @@ void appendRange(std::vector<LeafRange>& list, const LeafRange& range) {
     list.push_back(range);
 }
 
-/// A set of numbers, one bit for each.
+/// A set of numbers, one bit for each. Emptying it costs what was added, not the largest number.
 class NumberSet {
  public:
   explicit NumberSet(std::size_t count) : words_((count + 63) / 64, 0) {}
-  void add(unsigned i) { words_[i / 64] |= std::uint64_t(1) << (i % 64); }
+  void add(unsigned i) {
+    std::uint64_t& word = words_[i / 64];
+    if (word == 0) used_.push_back(i / 64);
+    word |= std::uint64_t(1) << (i % 64);
+  }
   /// Returns the set as ranges, and empties it.
   std::vector<LeafRange> takeRanges() {
     std::vector<LeafRange> list;
-    for (std::size_t w = 0; w < words_.size(); ++w)
+    std::sort(used_.begin(), used_.end());
+    for (const unsigned w : used_)
       for (std::uint64_t bits = std::exchange(words_[w], 0); bits; bits &= bits - 1) {
-        const auto i = static_cast<unsigned>(64 * w + std::size_t(__builtin_ctzll(bits)));
+        const unsigned i = 64 * w + unsigned(__builtin_ctzll(bits));
         appendRange(list, {i, i + 1});
       }
+    used_.clear();
     return list;
   }
 
  private:
   std::vector<std::uint64_t> words_;
+  std::vector<unsigned> used_;  ///< the words with a bit
 };
 
 std::vector<LeafRange> commonRanges(const std::vector<LeafRange>& a,

@@ -16,37 +16,39 @@ class SweptBoxes {
   explicit SweptBoxes(const ContinuousQuery& query)
       : query_(query), frame_(query.first, query.second) {}
 
-  /// Boxes around the motion in an interval, padded by half of the separation.
-  SweptPair overInterval(const TimeInterval& interval) {
-    return pairAfter([&](SweptTree& tree, const MovingMesh& mesh) {
-      tree.refit(mesh, frame_, interval, query_.separation / 2);
+  /// Boxes around the motion in an interval, padded by half of the separation and by a radius.
+  SweptPair overInterval(const TimeInterval& interval, double radius_of_first = 0,
+                         double radius_of_second = 0) {
+    return pairAfter([&](SweptTree& tree, const MovingMesh& mesh, bool is_first) {
+      tree.refit(mesh, frame_, interval,
+                 query_.separation / 2 + (is_first ? radius_of_first : radius_of_second));
     });
   }
   /// Boxes around the balls of radius min(displacement, most) around the vertices' starts.
   SweptPair aroundStarts(const std::vector<double>& of_first, const std::vector<double>& of_second,
                          double most) {
-    return pairAfter([&](SweptTree& tree, const MovingMesh& mesh) {
-      const std::vector<double>& radii = &mesh == &query_.first ? of_first : of_second;
-      tree.refitAroundStarts(mesh, frame_, radii, most, query_.separation / 2);
+    return pairAfter([&](SweptTree& tree, const MovingMesh& mesh, bool is_first) {
+      tree.refitAroundStarts(mesh, frame_, query_.separation / 2, is_first ? of_first : of_second,
+                             most);
     });
   }
   /// Boxes around the motion of each vertex over its share, or over a length of `most`.
   SweptPair overShares(const std::vector<double>& of_first, const std::vector<double>& of_second,
                        double most) {
-    return pairAfter([&](SweptTree& tree, const MovingMesh& mesh) {
-      const std::vector<double>& shares = &mesh == &query_.first ? of_first : of_second;
-      tree.refitOverShares(mesh, frame_, shares, most, query_.separation / 2);
+    return pairAfter([&](SweptTree& tree, const MovingMesh& mesh, bool is_first) {
+      tree.refitOverShares(mesh, frame_, query_.separation / 2, is_first ? of_first : of_second,
+                           most);
     });
   }
   const SweptFrame& frame() const { return frame_; }
 
  private:
-  /// Refits the trees by refit(tree, mesh), and returns them.
+  /// Refits the trees by refit(tree, mesh, is_first), and returns them.
   template <typename Refit>
   SweptPair pairAfter(Refit&& refit) {
     std::array<SweptTree, 2>& trees = *trees_;
-    refit(trees[0], query_.first);
-    if (!query_.isSelf()) refit(trees[1], query_.second);
+    refit(trees[0], query_.first, true);
+    if (!query_.isSelf()) refit(trees[1], query_.second, false);
     return {query_.first, trees[0], query_.second, trees[query_.isSelf() ? 0 : 1]};
   }
 

@@ -64,62 +64,56 @@ void SweptTree::resize(const MovingMesh& mesh) {
   edge_boxes_.resize(mesh.features->edges().size() / 4);
 }
 
-/// Sets the margin of boxes. It covers the error of positions, their rounding in single precision,
-/// and the padding.
-void SweptTree::setMargin(double error, const SweptFrame& frame, double padding) {
-  position_error_ = kPositionError + frame.lengthUp(error);
-  margin_ = float4::all(4 * position_error_ + frame.lengthUp(padding));
-}
-
-/// Sets the positions of a slot, and the box around both.
-void SweptTree::setSlot(std::size_t slot, const Float4& begin, const Float4& end) {
+/// Sets the positions of a slot, and the box of all points within `radius` of these.
+ADAPTIVE_BVH_INLINE void SweptTree::setSlot(std::size_t slot, const Float4& begin,
+                                            const Float4& end, float radius) {
+  const Float4 margin = margin_ + float4::all(radius);
   begins_[slot] = begin;
   ends_[slot] = end;
-  boxes_[slot] = {float4::lower(begin, end) - margin_, float4::upper(begin, end) + margin_};
+  boxes_[slot] = {float4::lower(begin, end) - margin, float4::upper(begin, end) + margin};
+}
+
+/// Computes all boxes. set(slot, vertex) sets those of vertices. Their margin covers
+/// `error`, that of positions, their rounding in single precision, and the padding.
+template <typename Set>
+void SweptTree::refit(const MovingMesh& mesh, const SweptFrame& frame, double padding, double error,
+                      const Set& set) {
+  resize(mesh);
+  position_error_ = kPositionError + frame.lengthUp(std::max(error, errorInFrame(mesh, frame)));
+  margin_ = float4::all(4 * position_error_ + frame.lengthUp(padding));
+  const std::vector<unsigned>& vertices = mesh.slots->vertices();
+  for (std::size_t i = 0; i < vertices.size(); ++i) set(i, vertices[i]);
+  refitNodes(mesh);
 }
 
 void SweptTree::refit(const MovingMesh& mesh, const SweptFrame& frame, const TimeInterval& interval,
                       double padding) {
-  resize(mesh);
-  setMargin(errorInFrame(mesh, frame), frame, padding);
-  const std::vector<unsigned>& vertices = mesh.slots->vertices();
   const double begin = interval.begin, end = interval.end;
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const fcl::Vector3d &from = mesh.start[vertices[i]], &to = mesh.end[vertices[i]];
+  refit(mesh, frame, padding, 0, [&](std::size_t i, unsigned v) {
+    const fcl::Vector3d &from = mesh.start[v], &to = mesh.end[v];
     setSlot(i, frame(begin == 0 ? from : fcl::Vector3d((1 - begin) * from + begin * to)),
             frame(end == 1 ? to : fcl::Vector3d((1 - end) * from + end * to)));
-  }
-  refitNodes(mesh);
+  });
 }
 
-void SweptTree::refitOverShares(const MovingMesh& mesh, const SweptFrame& frame,
-                                const std::vector<double>& shares, double most, double padding) {
-  resize(mesh);
+void SweptTree::refitOverShares(const MovingMesh& mesh, const SweptFrame& frame, double padding,
+                                const std::vector<double>& shares, double most) {
   const double between = mesh.between_error + 16 * mesh.unit * largestCoordinate(frame);
-  setMargin(std::max(errorInFrame(mesh, frame), between), frame, padding);
-  const std::vector<unsigned>& vertices = mesh.slots->vertices();
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const fcl::Vector3d& start = mesh.start[vertices[i]];
-    const fcl::Vector3d motion = mesh.end[vertices[i]] - start;
-    const double length = motion.norm(), share = shares[vertices[i]];
+  refit(mesh, frame, padding, between, [&](std::size_t i, unsigned v) {
+    const fcl::Vector3d& start = mesh.start[v];
+    const fcl::Vector3d motion = mesh.end[v] - start;
+    const double length = motion.norm(), share = shares[v];
     const double part = share * length > most ? most / length : share;
     setSlot(i, frame(start), frame(start + part * motion));
-  }
-  refitNodes(mesh);
+  });
 }
 
-void SweptTree::refitAroundStarts(const MovingMesh& mesh, const SweptFrame& frame,
-                                  const std::vector<double>& radii, double most, double padding) {
-  resize(mesh);
-  setMargin(errorInFrame(mesh, frame), frame, padding);
-  const std::vector<unsigned>& vertices = mesh.slots->vertices();
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const double length = std::min(radii[vertices[i]], most);
-    const Float4 half_side = margin_ + float4::all(frame.lengthUp(length));
-    begins_[i] = ends_[i] = frame(mesh.start[vertices[i]]);
-    boxes_[i] = {begins_[i] - half_side, begins_[i] + half_side};
-  }
-  refitNodes(mesh);
+void SweptTree::refitAroundStarts(const MovingMesh& mesh, const SweptFrame& frame, double padding,
+                                  const std::vector<double>& radii, double most) {
+  refit(mesh, frame, padding, 0, [&](std::size_t i, unsigned v) {
+    const Float4 start = frame(mesh.start[v]);
+    setSlot(i, start, start, frame.lengthUp(std::min(radii[v], most)));
+  });
 }
 
 /// Sets the boxes of the features of a leaf, from those of the vertices.

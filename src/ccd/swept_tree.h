@@ -64,12 +64,12 @@ class SweptTree {
   void refit(const MovingMesh& mesh, const SweptFrame& frame, const TimeInterval& interval,
              double padding);
   /// Computes boxes around all points within min(radii[vertex], most) of the vertices' starts.
-  void refitAroundStarts(const MovingMesh& mesh, const SweptFrame& frame,
-                         const std::vector<double>& radii, double most, double padding);
+  void refitAroundStarts(const MovingMesh& mesh, const SweptFrame& frame, double padding,
+                         const std::vector<double>& radii, double most);
   /// Computes boxes around the motion of each vertex over its share of its way, or over a length of
   /// `most` if that is less.
-  void refitOverShares(const MovingMesh& mesh, const SweptFrame& frame,
-                       const std::vector<double>& shares, double most, double padding);
+  void refitOverShares(const MovingMesh& mesh, const SweptFrame& frame, double padding,
+                       const std::vector<double>& shares, double most);
 
   const WideNode* nodes() const { return nodes_.data(); }
   int size() const { return static_cast<int>(nodes_.size()); }
@@ -89,9 +89,11 @@ class SweptTree {
   float positionError() const { return position_error_; }
 
  private:
+  template <typename Set>
+  void refit(const MovingMesh& mesh, const SweptFrame& frame, double padding, double error,
+             const Set& set);
   void resize(const MovingMesh& mesh);
-  void setMargin(double error, const SweptFrame& frame, double padding);
-  void setSlot(std::size_t slot, const Float4& begin, const Float4& end);
+  void setSlot(std::size_t slot, const Float4& begin, const Float4& end, float radius = 0);
   void refitNodes(const MovingMesh& mesh);
 
   void refitFeatures(const MovingMesh& mesh, const FeatureLeaves::Leaf& leaf);

@@ -13,8 +13,7 @@ namespace {
 
 /// A visitor of FeatureFinder that lowers the shares of the vertices of each pair of features. It
 /// leaves out pairs that a plane separates all the way: four at a time, in single precision.
-template <bool kIsSelf>
-class MotionTruncation : public PairBatches<MotionTruncation<kIsSelf>> {
+class MotionTruncation : public PairBatches<MotionTruncation> {
  public:
   /// `separation`: in the unit of the world.
   MotionTruncation(const SweptPair& pair, const SweptFrame& frame, double separation,
@@ -24,12 +23,10 @@ class MotionTruncation : public PairBatches<MotionTruncation<kIsSelf>> {
         limits_{frame.lengthUp(separation),
                 std::max(pair.tree1.positionError(), pair.tree2.positionError()), 1},
         first_(of_first),
-        second_(kIsSelf ? of_first : of_second) {}
+        second_(pair.isSelf() ? of_first : of_second) {}
 
  private:
   friend PairBatches<MotionTruncation>;
-  using typename PairBatches<MotionTruncation>::PairRef;
-  using PairBatches<MotionTruncation>::pair_;
   using Corner = FeatureTruncation::Corner;
 
   template <int kNumFirst>
@@ -38,7 +35,7 @@ class MotionTruncation : public PairBatches<MotionTruncation<kIsSelf>> {
   }
   template <int kNumFirst>
   void test(const PairRef& ref, unsigned) {
-    const auto of = this->template verticesOf<kNumFirst>(ref);
+    const auto of = verticesOf<kNumFirst>(ref);
     std::array<Corner, 4> corners;
     for (int i = 0; i < 4; ++i)
       corners[std::size_t(i)] = (i < kNumFirst) == of.swapped
@@ -72,14 +69,6 @@ void findTruncation(const ContinuousQuery& query, std::vector<double>& of_first,
   of_first.assign(query.first.num_vertices, 1);
   if (!query.isSelf()) of_second.assign(query.second.num_vertices, 1);
   SweptBoxes boxes(query);
-  const auto search = [&](auto is_self, const SweptPair& pair) {
-    constexpr bool kIsSelf = decltype(is_self)::value;
-    using Truncation = MotionTruncation<kIsSelf>;
-    Truncation truncation(pair, boxes.frame(), query.separation, of_first, of_second);
-    // On one thread, because the result depends on the order of the pairs.
-    TriangleSearch<FeatureFinder<kIsSelf, Truncation>>(pair.trees(), truncation, pair)
-        .runFromRoots();
-  };
   const auto longest = [&] {
     const double first = longestWay(query.first, of_first);
     return query.isSelf() ? first : std::max(first, longestWay(query.second, of_second));
@@ -90,7 +79,9 @@ void findTruncation(const ContinuousQuery& query, std::vector<double>& of_first,
     is_last = !(limit < longest() && limit > 0);
     const SweptPair pair = boxes.overShares(
         of_first, of_second, is_last ? std::numeric_limits<double>::infinity() : limit);
-    query.isSelf() ? search(std::true_type(), pair) : search(std::false_type(), pair);
+    MotionTruncation truncation(pair, boxes.frame(), query.separation, of_first, of_second);
+    // On one thread, because the result depends on the order of the pairs.
+    TriangleSearch<FeatureFinder<MotionTruncation>>(pair.trees(), truncation, pair).runFromRoots();
   }
 }
 

@@ -22,6 +22,11 @@ void requireRequest(const TrustRegionRequest<S>& request) {
   if (!(request.most_held >= 0)) refuseMotion("most_held is negative or not a number");
 }
 
+PlacedMotion atRest(const MeshState& mesh, const std::vector<fcl::Vector3d>& positions,
+                    const fcl::Transform3d& tf, PlacedMotion::Memory& memory) {
+  return {mesh, positions.data(), positions.data(), tf, tf, memory};
+}
+
 }  // namespace
 
 template <typename S>
@@ -37,8 +42,16 @@ struct TrustRegion<S>::State {
         region(static_cast<double>(limits.radius), static_cast<double>(limits.separation),
                static_cast<double>(std::numeric_limits<S>::epsilon()) / 2) {}
 
+  /// The mesh, then the obstacles as `begin` found them.
+  struct Bodies {
+    std::vector<PlacedMotion::Memory> memory;
+    std::vector<PlacedMotion> placed;
+    std::vector<std::shared_ptr<const MeshTopology>> topologies;  ///< of the obstacles
+  };
+
   void read(const Points& positions, std::vector<fcl::Vector3d>& result) const;
-  void search(const std::vector<fcl::Vector3d>& positions);
+  void place(const std::vector<fcl::Vector3d>& positions, Bodies& result) const;
+  void moveTo(const std::vector<fcl::Vector3d>& positions);
   TrustRegionReport accept(const Points& wanted, std::size_t held_by_radius, Points& result);
 
   const Mesh& mesh;
@@ -48,9 +61,8 @@ struct TrustRegion<S>::State {
   Points accepted, begun;                      ///< the second is memory of `begin`
   std::vector<fcl::Vector3d> proposed, start;  ///< in double precision
   bool has_begun = false;
-  bool is_stale = false;                     ///< whether to search before the next iterate
-  std::vector<PlacedMotion::Memory> memory;  ///< of a search: of the mesh, then of the obstacles
-  std::vector<PlacedMotion> bodies;
+  bool is_stale = false;  ///< whether to search before the next iterate
+  Bodies bodies, next;    ///< the second is memory of `begin`
 };
 
 /// Throws std::invalid_argument unless there is a finite position for each vertex.
@@ -66,20 +78,35 @@ void TrustRegion<S>::State::read(const Points& positions,
   toWorld(positions.data(), positions.size(), fcl::Transform3d::Identity(), result);
 }
 
-/// Finds the pairs around positions of the mesh, which are finite.
+/// Places the mesh at positions, which are finite, and the obstacles where they are now.
 template <typename S>
-void TrustRegion<S>::State::search(const std::vector<fcl::Vector3d>& positions) {
-  memory.resize(obstacles.size() + 1);
-  bodies.clear();
-  const auto add = [&](const Mesh& body, const std::vector<fcl::Vector3d>& x, const Transform& tf) {
-    bodies.emplace_back(stateOf(body), x.data(), x.data(), tf.template cast<double>(),
-                        tf.template cast<double>(), memory[bodies.size()]);
-  };
-  add(mesh, positions, Transform::Identity());
-  for (const Obstacle& obstacle : obstacles)
-    add(*obstacle.mesh, stateOf(*obstacle.mesh).vertices, obstacle.tf);
-  region.search(bodies);
-  is_stale = false;
+void TrustRegion<S>::State::place(const std::vector<fcl::Vector3d>& positions,
+                                  Bodies& result) const {
+  result.memory.resize(obstacles.size() + 1);
+  result.placed.clear();
+  result.topologies.clear();
+  result.placed.push_back(
+      atRest(stateOf(mesh), positions, fcl::Transform3d::Identity(), result.memory[0]));
+  for (const Obstacle& obstacle : obstacles) {
+    const MeshState& state = stateOf(*obstacle.mesh);
+    result.placed.push_back(atRest(state, state.vertices, obstacle.tf.template cast<double>(),
+                                   result.memory[result.placed.size()]));
+    result.topologies.push_back(state.topology);
+  }
+}
+
+/// Moves the mesh to positions, which are finite, among the obstacles where they were.
+template <typename S>
+void TrustRegion<S>::State::moveTo(const std::vector<fcl::Vector3d>& positions) {
+  for (std::size_t i = 0; i < bodies.topologies.size(); ++i) {
+    const MeshState& obstacle = stateOf(*obstacles[i].mesh);
+    if (obstacle.topology != bodies.topologies[i])
+      refuseMotion("obstacle " + std::to_string(i) +
+                   " has other triangles than at the last `begin`; call `begin` again");
+    bodies.placed[i + 1].findLinks(obstacle);
+  }
+  bodies.placed[0] =
+      atRest(stateOf(mesh), positions, fcl::Transform3d::Identity(), bodies.memory[0]);
 }
 
 /// Moves the vertices by their shares.
@@ -129,7 +156,10 @@ void TrustRegion<S>::begin(const Points& positions) {
   State& s = *state_;
   s.read(positions, s.start);
   s.begun = positions;
-  s.search(s.start);
+  s.place(s.start, s.next);
+  s.region.search(s.next.placed);
+  std::swap(s.bodies, s.next);
+  s.is_stale = false;
   s.accepted.swap(s.begun);
   s.has_begun = true;
 }
@@ -143,7 +173,8 @@ TrustRegionReport TrustRegion<S>::truncate(const Points& proposed, Points& accep
   const bool searches = s.is_stale;
   if (searches) {
     toWorld(s.accepted.data(), s.accepted.size(), fcl::Transform3d::Identity(), s.start);
-    s.search(s.start);
+    s.moveTo(s.start);
+    s.region.search(s.bodies.placed);
   }
   TrustRegionReport report = s.accept(proposed, s.region.truncate(s.proposed), accepted);
   report.has_searched = searches;

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "base/interruption.h"
 #include "base/leased.h"
 #include "base/task_pool.h"
 #include "boxes/wide_search.h"
@@ -71,6 +72,8 @@ class TriangleSearch final : private LeafSink {
 
  private:
   bool take(const LeavesFound* found, int count) override {
+    constexpr unsigned kTakes = 1024;  // some milliseconds: up to 512 pairs each
+    if (++takes_ % kTakes == 0) checkInterruption();
     for (int i = 0; i < count; ++i)
       tests_.foundLeaves(*found[i].first, *found[i].second, found[i].pairs);
     return tests_.isDone();
@@ -78,6 +81,7 @@ class TriangleSearch final : private LeafSink {
 
   Tests tests_;
   WideSearch walk_;
+  unsigned takes_ = 0;
 };
 
 /// Memory of a query's workers, one object for each slot of the pool. The calling thread keeps it.

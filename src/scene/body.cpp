@@ -98,6 +98,13 @@ QueryObject objectAt(const fcl::CollisionGeometry<S>& geometry, bool is_mesh,
   return is_mesh ? QueryObject(meshIn(geometry), tf) : QueryObject(geometry, tf);
 }
 
+/// The box around a body with a given transform; unbounded for a plane or half-space.
+WorldBox boxAround(const Body& body, const fcl::Transform3d& tf, double turn_error) {
+  const WorldBox box =
+      body.isMesh() ? boxOfMesh(body.mesh(), tf) : boxOfParts(body.geometry.at(tf).parts());
+  return box.isBounded() ? enlarged(box, marginOf(box, tf, turn_error)) : box;
+}
+
 }  // namespace
 
 BodyGeometry::BodyGeometry(const fcl::CollisionGeometryf& geometry)
@@ -115,9 +122,14 @@ ContactObject BodyGeometry::reported() const {
   return single_ ? ContactObject(*single_) : ContactObject(*double_);
 }
 
-WorldBox boxAround(const Body& body, const fcl::Transform3d& tf, double turn_error) {
-  const WorldBox box = boxOfParts(body.geometry.at(tf).parts());
-  return box.isBounded() ? enlarged(box, marginOf(box, tf, turn_error)) : box;
+WorldBox sweptBox(const Body& body, double turn_error) {
+  const bool is_deformed = body.isMesh() && !body.mesh().previous.empty();
+  if (!body.box.isBounded() || (!is_deformed && body.start_tf.matrix() == body.tf.matrix()))
+    return body.box;
+  const WorldBox start = boxAround(body, body.start_tf, turn_error);
+  // Previous positions are near the present ones. Transforms may be off a rotation by 1e-3.
+  const double change = is_deformed ? 1.01 * body.mesh().report.largest_displacement : 0;
+  return aroundBoth(body.box, enlarged(start, change));
 }
 
 void updateBounds(Body& body, double turn_error) {
@@ -125,18 +137,12 @@ void updateBounds(Body& body, double turn_error) {
   if (body.isMesh() && body.has_current_bounds && body.mesh_version == version) return;
   body.mesh_version = version;
   body.has_current_bounds = true;
-  if (!body.isMesh()) {
-    body.box = boxAround(body, body.tf, turn_error);
-    body.middle = (body.box.low + body.box.high) / 2;
-    body.radius = (body.box.high - body.box.low).norm() / 2;
-    return;
-  }
-  const MeshState& mesh = body.mesh();
-  const WorldBox box = boxOfMesh(mesh, body.tf);
-  const double margin = marginOf(box, body.tf, turn_error);
-  body.box = enlarged(box, margin);
-  body.middle = body.tf * mesh.bounds.aabb_center;
-  body.radius = mesh.bounds.aabb_radius + margin;
+  body.box = boxAround(body, body.tf, turn_error);
+  body.middle = (body.box.low + body.box.high) / 2;
+  body.radius = (body.box.high - body.box.low).norm() / 2;
+  if (!body.isMesh()) return;
+  body.middle = body.tf * body.mesh().bounds.aabb_center;
+  body.radius = body.mesh().bounds.aabb_radius + marginOf(body.box, body.tf, turn_error);
 }
 
 }  // namespace adaptive_bvh

@@ -22,6 +22,11 @@ inline double gapOf(const WorldBox& a, const WorldBox& b) {
   return gap.norm() * (1 - 1e-14);
 }
 
+/// The box around two boxes.
+inline WorldBox aroundBoth(const WorldBox& a, const WorldBox& b) {
+  return {a.low.cwiseMin(b.low), a.high.cwiseMax(b.high)};
+}
+
 /// Half the sides of the axis-aligned box around a rotated box, given half the sides of that.
 inline fcl::Vector3d rotatedHalf(const fcl::Matrix3d& rotation, const fcl::Vector3d& half) {
   return rotation.cwiseAbs() * half;
@@ -74,15 +79,16 @@ struct Body {
   KeptDistance nearest = {};  ///< what Scene::nearest found last
 
   bool isMesh() const { return geometry.isMesh(); }
+  bool isOctree() const { return geometry.kind() == ObjectKind::Octree; }
   const MeshState& mesh() const { return geometry.mesh(); }
   PlacedMesh placedMesh() const { return {mesh(), tf}; }
   PlacedMesh inBodyFrame() const { return {mesh(), fcl::Transform3d::Identity()}; }
   QueryObject object() const { return geometry.at(tf); }
 };
 
-/// The box around a shape or octree with a given transform; unbounded for a plane or half-space.
-/// `turn_error`: SceneState::turnError.
-WorldBox boxAround(const Body& body, const fcl::Transform3d& tf, double turn_error);
+/// The box around the motion of a body in the step, in which each point moves on a straight line;
+/// unbounded for a plane or half-space. `turn_error`: SceneState::turnError.
+WorldBox sweptBox(const Body& body, double turn_error);
 
 /// Computes the box and the bounding sphere of a body. Skips a mesh if neither it nor its transform
 /// has changed; shapes and octrees have no version, so their bounds are always computed. The box of

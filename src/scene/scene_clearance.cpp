@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -10,77 +9,47 @@
 #include "base/task_pool.h"
 #include "ccd/clearance_search.h"
 #include "scene/scene_state.h"
+#include "scene/stepping_body.h"
 
 namespace adaptive_bvh {
 namespace {
 
-/// The motion of a body in the step.
-class SteppingBody {
- public:
-  SteppingBody(const Body& stepping, FramePath path)
-      : body(stepping), object_(stepping.geometry.at(fcl::Transform3d::Identity())) {
-    if (stepping.geometry.kind() == ObjectKind::Octree)
-      throw std::invalid_argument("adaptive_bvh: body " + std::to_string(stepping.id) +
-                                  " is an octree, which has no clearance over a motion; give it a "
-                                  "group that this query leaves out");
-    if (!body.isMesh()) {
-      moving_.emplace(object_.solid().solid,
-                      FrameMotion(rotated(body.start_tf), rotated(body.tf), path));
-      return;
-    }
-    const MeshState& mesh = body.mesh();
-    const FrameMotion frame(body.start_tf, body.tf, path);
-    if (mesh.previous.empty())
-      moving_.emplace(mesh, frame);
-    else
-      moving_.emplace(mesh, mesh.previous.data(), mesh.vertices.data(), frame);
-  }
-  SteppingBody(const SteppingBody&) = delete;
-  SteppingBody& operator=(const SteppingBody&) = delete;
-
-  const MovingBody& moving() const { return *moving_; }
-  bool isFlat() const { return moving_->flat() != nullptr; }
-
-  const Body& body;
-
- private:
-  const QueryObject object_;
-  std::optional<MovingBody> moving_;
-};
-
-WorldBox aroundBoth(const WorldBox& a, const WorldBox& b) {
-  return {a.low.cwiseMin(b.low), a.high.cwiseMax(b.high)};
+[[noreturn]] void refuseOctree(const Body& body) {
+  throw std::invalid_argument("adaptive_bvh: body " + std::to_string(body.id) +
+                              " is an octree, which has no clearance over a motion; give it a "
+                              "group that this query leaves out");
 }
 
-/// The box around a body's motion, by spheres around parts of it.
+/// Throws std::invalid_argument if an octree may pair with a body; with any if that is null.
+void requireNoOctree(const SceneState& scene, const Body* body) {
+  for (const Body& octree : scene.bodies) {
+    if (!octree.isOctree()) continue;
+    for (const Body& other : scene.bodies)
+      if ((!body || body == &other) && &octree != &other && scene.admits(octree, other))
+        refuseOctree(octree);
+  }
+}
+
+/// The box around a body's motion on a screw, by spheres around parts of it.
 WorldBox boxOfSpheres(const MovingBody& moving) {
   constexpr int kParts = 8;
-  const int parts = moving.frame().isRigid() && !moving.frame().isScrew() ? 1 : kParts;
   WorldBox box;
-  for (int i = 0; i <= parts; ++i) {
-    const fcl::Vector3d middle = moving.at(double(i) / parts).frame(moving.middle());
+  for (int i = 0; i <= kParts; ++i) {
+    const fcl::Vector3d middle = moving.at(double(i) / kParts).frame(moving.middle());
     box = i == 0 ? WorldBox{middle, middle} : aroundBoth(box, {middle, middle});
   }
   const double margin =
-      (moving.radius() + moving.arc(1. / parts) + 2 * moving.error()) * (1 + 1e-12);
+      (moving.radius() + moving.arc(1. / kParts) + 2 * moving.error()) * (1 + 1e-12);
   return {box.low.array() - margin, box.high.array() + margin};
 }
 
 /// The box around a body's motion; unbounded for a plane or half-space.
-WorldBox sweptBox(const Body& body, FramePath path) {
-  if (!body.box.isBounded()) return body.box;
-  const bool is_deformed = body.isMesh() && !body.mesh().previous.empty();
-  const bool is_placed = body.start_tf.matrix() == body.tf.matrix();
-  if (is_placed && !is_deformed) return body.box;
+WorldBox sweptBox(const Body& body, FramePath path, double turn_error) {
+  if (path == FramePath::Straight || !body.box.isBounded() || body.isOctree())
+    return sweptBox(body, turn_error);
   const SteppingBody stepping(body, path);
-  const MovingBody& moving = stepping.moving();
-  if (!is_deformed || moving.frame().isScrew()) return boxOfSpheres(moving);
-  // At the start, vertices are near their present positions.
-  const fcl::AABBd& local = body.mesh().bounds.aabb_local;
-  const fcl::Vector3d middle = body.start_tf * fcl::Vector3d(local.center()),
-                      half = rotatedHalf(body.start_tf.linear(), (local.max_ - local.min_) / 2);
-  const double margin = moving.deviation(0) + 2 * moving.error();
-  return aroundBoth(body.box, {(middle - half).array() - margin, (middle + half).array() + margin});
+  return stepping.moving().frame().isScrew() ? boxOfSpheres(stepping.moving())
+                                             : sweptBox(body, turn_error);
 }
 
 /// Boxes that together hold the motion of a body, which `whole` holds: those of the upper nodes of
@@ -170,7 +139,7 @@ class NearestOverStep {
   /// distance beyond which no bodies are needed.
   template <typename Visit>
   void visit(double limit, const Visit& visit) {
-    const WorldBox box = sweptBox(first_.body, path_);
+    const WorldBox box = sweptBox(first_.body, path_, scene_.turnError());
     findCandidates(box, limit);
     if (box.isBounded()) boxes_ = boxesOf(boxed_, box);
     while (!candidates_.empty() && candidates_.front().gap <= limit) {
@@ -178,7 +147,7 @@ class NearestOverStep {
       Candidate& next = candidates_.back();
       const Body& other = scene_.bodies[next.index];
       if (!next.is_of_nodes) {
-        next.gap = leastGap(boxes_, sweptBox(other, path_));
+        next.gap = leastGap(boxes_, sweptBox(other, path_, scene_.turnError()));
         next.is_of_nodes = true;
         std::push_heap(candidates_.begin(), candidates_.end());
         continue;
@@ -210,7 +179,7 @@ class NearestOverStep {
       const Body& other = scene_.bodies[i];
       if (&other == &first_.body) continue;
       const bool is_bounded = box.isBounded() && other.box.isBounded();
-      const double gap = is_bounded ? gapOf(box, sweptBox(other, path_)) : 0;
+      const double gap = is_bounded ? gapOf(box, sweptBox(other, path_, scene_.turnError())) : 0;
       if (gap <= limit && scene_.admits(first_.body, other))
         candidates_.push_back({gap, i, !is_bounded});
     }
@@ -249,7 +218,10 @@ void intervalsOf(const Body& a, const Body& b, double clearance, double toleranc
 
 SceneClearance SceneState::leastDistance(BodyId body, double tolerance, FramePath path) const {
   requireCurrent();
-  NearestOverStep search(*this, bodies[indexOf(body)], tolerance, path);
+  const Body& first = bodies[indexOf(body)];
+  if (first.isOctree()) refuseOctree(first);
+  requireNoOctree(*this, &first);
+  NearestOverStep search(*this, first, tolerance, path);
   SceneClearance best;
   search.lowerToKept(best);
   const double limit =
@@ -274,7 +246,10 @@ void SceneState::keepNearest(BodyId body, const SceneClearance& found) {
 void SceneState::leastDistances(BodyId body, std::size_t k, double tolerance, FramePath path,
                                 std::vector<SceneClearance>& result) const {
   requireCurrent();
-  NearestOverStep search(*this, bodies[indexOf(body)], tolerance, path);
+  const Body& first = bodies[indexOf(body)];
+  if (first.isOctree()) refuseOctree(first);
+  requireNoOctree(*this, &first);
+  NearestOverStep search(*this, first, tolerance, path);
   result.clear();
   if (k == 0) return;
   search.visit(std::numeric_limits<double>::infinity(), [&](const SteppingBody& other) {
@@ -295,8 +270,9 @@ void SceneState::intervalsBelow(double clearance, double tolerance, FramePath pa
                                 SceneIntervals& result) const {
   requireClearance(clearance);
   requireCurrent();
+  requireNoOctree(*this, nullptr);
   std::vector<WorldBox> swept;
-  for (const Body& body : bodies) swept.push_back(sweptBox(body, path));
+  for (const Body& body : bodies) swept.push_back(sweptBox(body, path, turnError()));
   std::vector<BodyPair> pairs;
   findSweptPairs(swept, clearance, pairs);
   std::vector<std::vector<MotionInterval>> found(pairs.size());

@@ -2,252 +2,194 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <optional>
 
 #include "base/leased.h"
 #include "base/rigid.h"
 #include "base/task_pool.h"
-#include "ccd/moving_parts.h"
+#include "ccd/clearance_search.h"
+#include "ccd/moving_pairs.h"
 #include "ccd/placed_motion.h"
 #include "scene/scene_state.h"
+#include "scene/stepping_body.h"
 
 namespace adaptive_bvh {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::infinity();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Vertex positions at the start of the step.
-const std::vector<fcl::Vector3d>& startOf(const MeshState& mesh) {
-  return mesh.previous.empty() ? mesh.vertices : mesh.previous;
-}
-
-/// The motion of a mesh in the step.
-PlacedMotion motionOf(const Body& body, PlacedMotion::Memory& memory) {
-  const MeshState& mesh = body.mesh();
-  return {mesh, startOf(mesh).data(), mesh.vertices.data(), body.start_tf, body.tf, memory};
-}
-
-WorldBox unionOf(const WorldBox& a, const WorldBox& b) {
-  return {a.low.cwiseMin(b.low), a.high.cwiseMax(b.high)};
-}
-
-/// The box around a mesh's motion: its start and its end, because vertices move on straight lines.
-WorldBox sweptBoxOfMesh(const Body& body) {
-  fcl::Vector3d low = body.box.low, high = body.box.high;
-  for (const fcl::Vector3d& x : startOf(body.mesh())) {
-    const fcl::Vector3d start = body.start_tf * x;
-    low = low.cwiseMin(start);
-    high = high.cwiseMax(start);
-  }
-  // For the rounding of positions in the world.
-  const double margin = std::numeric_limits<double>::epsilon() * 8 *
-                        low.cwiseAbs().cwiseMax(high.cwiseAbs()).maxCoeff();
-  return {low.array() - margin, high.array() + margin};
-}
-
-/// The box around a body's motion; unbounded for a plane or half-space.
-WorldBox sweptBoxOf(const Body& body, double turn_error) {
-  if (body.isMesh()) return sweptBoxOfMesh(body);
-  return body.box.isBounded() ? unionOf(body.box, boxAround(body, body.start_tf, turn_error))
-                              : body.box;
-}
-
-/// The moving convex parts of a body: triangles, a shape, or cells of an octree.
-struct MovingParts {
-  std::vector<MovingPart> parts;
-  std::vector<WorldBox> boxes;    ///< around the motion of each part
-  std::vector<unsigned> numbers;  ///< triangles or cells; SceneImpact::kNoFeature for a shape
-
-  void add(const MovingPart& part, const WorldBox& box, unsigned number) {
-    parts.push_back(part);
-    boxes.push_back(box);
-    numbers.push_back(number);
-  }
+/// A body in its step.
+struct SweptBody {
+  const Body& body;
+  const WorldBox& box;  ///< around the motion
 };
 
-/// Calls use(parts) with the triangles of a mesh that may come within `separation` of a box.
-template <typename Use>
-void withTriangles(const Body& body, const WorldBox& other, double separation, const Use& use) {
-  MovingParts found;
-  const MeshState& mesh = body.mesh();
-  const auto corners = [](const fcl::Transform3d& tf, const std::vector<fcl::Vector3d>& positions,
-                          const fcl::Triangle& t) -> TrianglePoints<double> {
-    return {tf * positions[t[0]], tf * positions[t[1]], tf * positions[t[2]]};
-  };
-  for (std::size_t i = 0; i < mesh.topology->triangles.size(); ++i) {
-    const fcl::Triangle& t = mesh.topology->triangles[i];
-    const TrianglePoints<double> start = corners(body.start_tf, startOf(mesh), t),
-                                 end = corners(body.tf, mesh.vertices, t);
-    WorldBox box{start[0], start[0]};
-    for (const auto* points : {&start, &end})
-      for (const fcl::Vector3d& x : *points) box = unionOf(box, {x, x});
-    if (gapOf(box, other) <= separation)
-      found.add(MovingPart(start, end), box, static_cast<unsigned>(i));
-  }
-  use(found);
-}
+/// A mesh, a shape or a cell of an octree that moves.
+struct SweptPart {
+  BoxedBody& boxed;
+  const WorldBox& box;  ///< around the motion
+  unsigned number;      ///< of a cell; SceneImpact::kNoFeature for a mesh or a shape
+};
 
-/// Calls use(parts) with a shape, whose motion is in `box`, or with the cells of an octree that may
-/// come within `separation` of another box.
+/// Calls use(part) with a mesh or a shape, or with the cells of an octree that may come within
+/// `separation` of a box.
 template <typename Use>
-void withShapes(const Body& body, const WorldBox& box, const WorldBox& other, double separation,
-                const Use& use) {
-  MovingParts found;
+void forEachPart(const SweptBody& swept, const WorldBox& other, double separation,
+                 MovingBoxes& memory, const Use& use) {
+  const Body& body = swept.body;
+  if (!body.isOctree()) {
+    const SteppingBody stepping(body, FramePath::Straight);
+    BoxedBody boxed(stepping.moving(), memory);
+    use(SweptPart{boxed, swept.box, SceneImpact::kNoFeature});
+    return;
+  }
+  const fcl::Transform3d from = rotated(body.start_tf), to = rotated(body.tf);
   const auto boxOf = [&](const CellBall& ball) -> WorldBox {
-    const fcl::Vector3d a = body.start_tf * ball.middle, b = body.tf * ball.middle;
+    const fcl::Vector3d a = from * ball.middle, b = to * ball.middle;
     const double margin = ball.radius + 1e-12 * (a.norm() + b.norm());
     return {a.cwiseMin(b).array() - margin, a.cwiseMax(b).array() + margin};
   };
   const auto bound = [&](const CellBall& ball) {
-    return gapOf(boxOf(ball), other) <= separation ? 0. : kNone;
+    return gapOf(boxOf(ball), other) <= separation ? 0. : kInfinity;
   };
-  const bool is_octree = body.geometry.kind() == ObjectKind::Octree;
   const QueryObject object(body.geometry.at(fcl::Transform3d::Identity()));
   object.parts().visit(
       bound, [] { return 0.; },
       [&](const ConvexPart& part) {
         const auto& [solid, tf] = part.placed;
-        if (!is_octree) {
-          found.add(MovingPart(solid, body.start_tf, body.tf), box, SceneImpact::kNoFeature);
-          use(found);
-          return false;
-        }
-        const fcl::Vector3d half = solid.support(fcl::Vector3d::Ones());
-        found.add(MovingPart(BoxSolid(half), body.start_tf * tf, body.tf * tf),
-                  boxOf({tf.translation(), 1.01 * half.norm()}), static_cast<unsigned>(part.id));
+        const MovingBody cell(solid, FrameMotion(from * tf, to * tf, FramePath::Straight));
+        BoxedBody boxed(cell, memory);
+        const WorldBox box = boxOf({tf.translation(), cell.radius()});
+        use(SweptPart{boxed, box, static_cast<unsigned>(part.id)});
         return false;
       });
-  if (is_octree) use(found);
 }
 
-/// The first impact of a part of one body with a part of another.
-Impact firstContact(const MovingParts& first, const MovingParts& second, double separation,
-                    double parallel) {
-  Impact best;
-  const auto test = [&](std::size_t i, std::size_t j) {
-    const double latest = std::min(best.time, 1.);
-    const double time =
-        timeOfContact(first.parts[i], second.parts[j], separation, latest, parallel);
-    const FeaturePair pair{first.numbers[i], second.numbers[j]};
-    if (time < best.time || (time == best.time && pair < best.pair)) best = {time, {}, pair};
+/// The time at which two planes or half-spaces touch: 0 if one turns, because only parallel ones
+/// are apart. `parallel`: the largest sine of an angle that counts as parallel.
+double timeOfFlatImpact(const MovingBody& first, const MovingBody& second, double separation,
+                        double parallel) {
+  const auto atStart = [](const MovingBody& body) -> PlacedSolid {
+    fcl::Transform3d tf = fcl::Transform3d::Identity();
+    tf.linear() = body.at(0).frame.linear;
+    tf.translation() = body.at(0).frame.translation;
+    return {*body.solid(), tf};
   };
-  if (first.parts.size() == 1 || second.parts.size() == 1) {
-    for (std::size_t i = 0; i < first.parts.size(); ++i)
-      for (std::size_t j = 0; j < second.parts.size(); ++j) test(i, j);
-    return best;
+  const TriangleGap start = gapOf(atStart(first), atStart(second), parallel);
+  if (!(start.distance > separation)) return 0;
+  const fcl::Vector3d n = (start.points.second - start.points.first) / start.distance;
+  double at_end = 0;  // the gap, negative if they overlap
+  for (const MovingBody* body : {&first, &second}) {
+    const PlaneAt from(*body, 0), to(*body, 1);
+    if (from.normal.cross(to.normal).norm() > parallel) return 0;
+    at_end += (body == &first ? -1 : 1) * n.dot(to.normal) * to.offset;
   }
-  if (first.parts.empty() || second.parts.empty()) return best;
-  BodyTree tree;
-  tree.update(second.boxes);
-  for (std::size_t i = 0; i < first.parts.size(); ++i)
-    tree.visitByDistance(first.boxes[i], [&](unsigned j, double gap) {
-      if (gap <= separation) test(i, j);
-      return separation;
-    });
-  return best;
+  if (at_end > separation) return kInfinity;
+  constexpr double kEarly = 1 - 1e-12;
+  return (start.distance - separation) / (start.distance - at_end) * kEarly;
 }
 
-/// A body, and the box around its motion.
-struct SweptBody {
-  const Body& body;
-  const WorldBox& box;
-};
+/// Lowers `best` to the first impact of two parts. Of impacts at the same time, the smallest
+/// numbers count.
+void lowerTo(const SweptPart& first, const SweptPart& second, double separation, double parallel,
+             Impact& best) {
+  const bool swaps = orderOf(first.boxed.body) > orderOf(second.boxed.body);
+  const SweptPart &a = swaps ? second : first, &b = swaps ? first : second;
+  MotionClearance found;
+  if (a.boxed.body.flat())
+    found.time = timeOfFlatImpact(a.boxed.body, b.boxed.body, separation, parallel);
+  else if (!findFirstImpact({a.boxed, b.boxed, kInfinity}, separation, std::min(best.time, 1.),
+                            found))
+    return;
+  if (swaps) swapBodies(found);
+  const auto numberOf = [](int triangle, const SweptPart& part) {
+    return triangle < 0 ? part.number : static_cast<unsigned>(triangle);
+  };
+  const FeaturePair pair{numberOf(found.triangles[0], first), numberOf(found.triangles[1], second)};
+  if (found.time < best.time || (found.time == best.time && pair < best.pair))
+    best = {found.time, {}, pair};
+}
 
 /// The first impact of two bodies, at least one of which is not a mesh.
 Impact convexImpact(const SweptBody& a, const SweptBody& b, double separation) {
   Impact best;
-  const auto withParts = [&](const SweptBody& swept, const WorldBox& other, const auto& use) {
-    swept.body.isMesh() ? withTriangles(swept.body, other, separation, use)
-                        : withShapes(swept.body, swept.box, other, separation, use);
-  };
-  withParts(a, b.box, [&](const MovingParts& first) {
-    withParts(b, a.box, [&](const MovingParts& second) {
-      best = firstContact(first, second, separation, a.body.geometry.parallel());
+  if (a.body.isOctree() && !b.body.isOctree()) {  // what is made of the first body serves all cells
+    best = convexImpact(b, a, separation);
+    std::swap(best.pair.first, best.pair.second);
+    return best;
+  }
+  const Leased<std::array<MovingBoxes, 2>> memory;
+  forEachPart(a, b.box, separation, (*memory)[0], [&](const SweptPart& first) {
+    forEachPart(b, first.box, separation, (*memory)[1], [&](const SweptPart& second) {
+      lowerTo(first, second, separation, a.body.geometry.parallel(), best);
     });
   });
   return best;
 }
 
-/// The first impact of two bodies, or of a mesh with itself.
-Impact impactOf(const SweptBody& a, const SweptBody& b, double separation) {
-  if (!a.body.isMesh() || !b.body.isMesh()) return convexImpact(a, b, separation);
-  const Leased<std::array<PlacedMotion::Memory, 2>> memory;
-  const PlacedMotion first(motionOf(a.body, (*memory)[0]));
-  if (&a.body == &b.body) return findEarliestImpact(first.withItself(separation));
-  const PlacedMotion second(motionOf(b.body, (*memory)[1]));
-  return findEarliestImpact(first.with(second, separation));
-}
-
-/// Memory of findSweptPairs, reused from call to call.
-struct SweptBodies {
-  std::vector<unsigned> bounded, unbounded;  ///< indices of bodies
-  std::vector<WorldBox> boxes;               ///< of the bounded bodies
-  BodyTree tree;
-};
-
 /// Memory of earliestImpact, reused from call to call.
-struct ImpactMemory {
-  std::vector<WorldBox> boxes;  ///< by index of the body
-  std::vector<BodyPair> pairs, with_themselves;
+class ImpactMemory {
+ public:
+  std::vector<WorldBox> boxes;  ///< around the motions, by index of the body
+  std::vector<BodyPair> pairs;
   std::vector<Impact> impacts;  ///< by pair
+
+  /// Transforms the vertices of the meshes in pairs of two meshes to the world, once each.
+  void place(const std::vector<Body>& bodies, const TaskPool& pool) {
+    meshes_.clear();
+    for (const auto& [a, b] : pairs)
+      if (bodies[a].isMesh() && bodies[b].isMesh()) meshes_.insert(meshes_.end(), {a, b});
+    std::sort(meshes_.begin(), meshes_.end());
+    meshes_.erase(std::unique(meshes_.begin(), meshes_.end()), meshes_.end());
+    motions_.resize(std::max(motions_.size(), bodies.size()));
+    pool.forEach(static_cast<int>(meshes_.size()), [&](int task, int) {
+      const BodyId i = meshes_[static_cast<std::size_t>(task)];
+      const Body& body = bodies[i];
+      const MeshState& mesh = body.mesh();
+      const auto& start = mesh.previous.empty() ? mesh.vertices : mesh.previous;
+      motions_[i].placed.emplace(mesh, start.data(), mesh.vertices.data(), body.start_tf, body.tf,
+                                 motions_[i].memory);
+    });
+  }
+  const PlacedMotion& motion(BodyId i) const { return *motions_[i].placed; }
+
+ private:
+  struct Motion {
+    PlacedMotion::Memory memory;
+    std::optional<PlacedMotion> placed;
+  };
+  std::vector<Motion> motions_;  ///< by index of the body
+  std::vector<BodyId> meshes_;
 };
 
 }  // namespace
 
-void SceneState::findSweptPairs(const std::vector<WorldBox>& all_boxes, double distance,
-                                std::vector<BodyPair>& pairs) const {
-  const Leased<SweptBodies> memory;
-  SweptBodies& swept = *memory;
-  swept.bounded.clear();
-  swept.unbounded.clear();
-  swept.boxes.clear();
-  pairs.clear();
-  for (unsigned i = 0; i < bodies.size(); ++i) {
-    (all_boxes[i].isBounded() ? swept.bounded : swept.unbounded).push_back(i);
-    if (all_boxes[i].isBounded()) swept.boxes.push_back(all_boxes[i]);
-  }
-  const auto add = [&](unsigned a, unsigned b) {
-    if (admits(bodies[a], bodies[b])) pairs.push_back({std::min(a, b), std::max(a, b)});
-  };
-  if (!swept.boxes.empty()) {
-    swept.tree.update(swept.boxes);
-    swept.tree.forEachPair(
-        slack(distance), [&](unsigned i, unsigned j) { add(swept.bounded[i], swept.bounded[j]); });
-  }
-  for (const unsigned a : swept.unbounded) {
-    for (const unsigned b : swept.bounded) add(a, b);
-    for (const unsigned b : swept.unbounded)
-      if (b < a) add(a, b);
-  }
-  std::sort(pairs.begin(), pairs.end());
-}
-
 SceneImpact SceneState::earliestImpact(double separation) const {
   requireSeparation(separation);
   requireCurrent();
-  const Leased<ImpactMemory> memory;
-  ImpactMemory& swept = *memory;
-  swept.boxes.clear();
-  swept.with_themselves.clear();
-  for (unsigned i = 0; i < bodies.size(); ++i) {
-    swept.boxes.push_back(sweptBoxOf(bodies[i], turnError()));
-    if (bodies[i].options.self_collision) swept.with_themselves.push_back({i, i});
-  }
-  findSweptPairs(swept.boxes, separation, swept.pairs);
-  swept.pairs.insert(swept.pairs.end(), swept.with_themselves.begin(), swept.with_themselves.end());
-  std::sort(swept.pairs.begin(), swept.pairs.end());
-  swept.impacts.assign(swept.pairs.size(), Impact());
-  const TaskPool pool(swept.pairs.size() > 1 ? threads : 1);
-  pool.forEach(static_cast<int>(swept.pairs.size()), [&](int task, int) {
-    const auto pair = static_cast<std::size_t>(task);
-    const auto [a, b] = swept.pairs[pair];
-    swept.impacts[pair] =
-        impactOf({bodies[a], swept.boxes[a]}, {bodies[b], swept.boxes[b]}, separation);
+  const Leased<ImpactMemory> leased;
+  ImpactMemory& memory = *leased;
+  memory.boxes.clear();
+  for (const Body& body : bodies) memory.boxes.push_back(sweptBox(body, turnError()));
+  const std::vector<BodyPair>& pairs = memory.pairs;
+  findSweptPairs(memory.boxes, separation, memory.pairs);
+  addSelfPairs(memory.pairs);
+  memory.impacts.assign(pairs.size(), Impact());
+  const TaskPool pool(pairs.size() > 1 ? threads : 1);
+  memory.place(bodies, pool);
+  pool.forEach(static_cast<int>(pairs.size()), [&](int task, int) {
+    const auto i = static_cast<std::size_t>(task);
+    const auto [a, b] = pairs[i];
+    memory.impacts[i] =
+        bodies[a].isMesh() && bodies[b].isMesh()
+            ? findEarliestImpact(memory.motion(a).with(memory.motion(b), separation))
+            : convexImpact({bodies[a], memory.boxes[a]}, {bodies[b], memory.boxes[b]}, separation);
   });
   SceneImpact best;
-  for (std::size_t i = 0; i < swept.pairs.size(); ++i) {
-    if (!(swept.impacts[i].time < best.impact.time)) continue;
-    best.impact = swept.impacts[i];
-    best.bodies = {bodies[swept.pairs[i].first].id, bodies[swept.pairs[i].second].id};
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (!(memory.impacts[i].time < best.impact.time)) continue;
+    best.impact = memory.impacts[i];
+    best.bodies = {bodies[pairs[i].first].id, bodies[pairs[i].second].id};
   }
   return best;
 }

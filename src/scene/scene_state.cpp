@@ -72,24 +72,12 @@ void SceneState::update() {
     }
   const TaskPool pool(bodies.size() >= kParallelBodies ? threads : 1);
   is_current = false;  // stays false if std::bad_alloc is thrown below
-  in_tree.clear();
-  unbounded.clear();
-  boxes.clear();
   pool.forEachPart(static_cast<int>(bodies.size()), pool.parts(), [&](int i, int end, int) {
     for (; i < end; ++i) updateBounds(bodies[static_cast<std::size_t>(i)], turnError());
   });
-  for (unsigned i = 0; i < bodies.size(); ++i) {
-    if (!bodies[i].box.isBounded()) {
-      unbounded.push_back(i);
-      continue;
-    }
-    in_tree.push_back(i);
-    boxes.push_back(bodies[i].box);
-  }
-  if (boxes.empty())
-    tree.clear();
-  else
-    tree.update(boxes);
+  assign(
+      bodies.size(), [&](unsigned i) -> auto& { return bodies[i].box; });
+  updateTree();
   is_current = true;
 }
 
@@ -128,24 +116,36 @@ bool SceneState::admits(const Body& a, const Body& b) const {
   return !filter || filter(pair.first, pair.second);
 }
 
-void SceneState::findPairs(double distance, int meshes, std::vector<BodyPair>& pairs) const {
+/// Finds the admitted pairs of near boxes that pass test(a, b).
+template <typename Test>
+void SceneState::findAdmitted(const BodyBoxes& near, double distance, const Test& test,
+                              std::vector<BodyPair>& pairs) const {
   pairs.clear();
-  const auto add = [&](unsigned a, unsigned b) {
-    if (int(bodies[a].isMesh()) + int(bodies[b].isMesh()) < meshes) return;
-    if (admits(bodies[a], bodies[b])) pairs.push_back({std::min(a, b), std::max(a, b)});
-  };
-  const double limit = slack(distance);
-  tree.forEachPair(limit, [&](unsigned i, unsigned j) {
-    const Body &a = bodies[in_tree[i]], &b = bodies[in_tree[j]];
-    const double radii = (a.radius + b.radius + limit) * (1 + 1e-14);
-    if ((a.middle - b.middle).squaredNorm() <= radii * radii) add(in_tree[i], in_tree[j]);
+  near.forEachPair(distance, [&](unsigned a, unsigned b) {
+    if (test(bodies[a], bodies[b]) && admits(bodies[a], bodies[b]))
+      pairs.push_back({std::min(a, b), std::max(a, b)});
   });
-  for (const unsigned a : unbounded) {
-    for (const unsigned b : in_tree) add(a, b);
-    for (const unsigned b : unbounded)
-      if (b < a) add(a, b);
-  }
   std::sort(pairs.begin(), pairs.end());
+}
+
+void SceneState::findPairs(double distance, int meshes, std::vector<BodyPair>& pairs) const {
+  const double limit = slack(distance);
+  const auto test = [&](const Body& a, const Body& b) {
+    const double radii = (a.radius + b.radius + limit) * (1 + 1e-14);
+    return int(a.isMesh()) + int(b.isMesh()) >= meshes &&
+           !((a.middle - b.middle).squaredNorm() > radii * radii);  // NaN if one is unbounded
+  };
+  findAdmitted(*this, limit, test, pairs);
+}
+
+void SceneState::findSweptPairs(const std::vector<WorldBox>& swept, double distance,
+                                std::vector<BodyPair>& pairs) const {
+  const Leased<BodyBoxes> memory;
+  memory->assign(
+      swept.size(), [&](unsigned i) -> auto& { return swept[i]; });
+  memory->updateTree();
+  findAdmitted(
+      *memory, slack(distance), [](auto&, auto&) { return true; }, pairs);
 }
 
 void SceneState::addSelfPairs(std::vector<BodyPair>& pairs) const {

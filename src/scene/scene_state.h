@@ -8,9 +8,25 @@
 
 namespace adaptive_bvh {
 
+/// Boxes around bodies, which are given by their index, and a tree of them.
+struct BodyBoxes {
+  std::vector<unsigned> in_tree, unbounded;  ///< bodies with a bounded box, and others
+  BodyTree tree;                             ///< its body i is in_tree[i]
+  std::vector<WorldBox> boxes;               ///< of the bodies in the tree
+
+  /// Sets all but the tree.
+  template <typename BoxOf>
+  void assign(std::size_t count, const BoxOf& boxOf);
+  void updateTree() { boxes.empty() ? tree.clear() : tree.update(boxes); }
+  /// Calls found(a, b) for the pairs of bodies whose boxes are at most `distance` apart, or
+  /// unbounded.
+  template <typename Found>
+  void forEachPair(double distance, const Found& found) const;
+};
+
 /// A scene in double precision, whatever the number type of its bodies. Scene calls its members of
 /// the same names; they have the contracts of Scene, but contacts refer to no objects.
-struct SceneState {
+struct SceneState : BodyBoxes {
   using Filter = Scene<double>::Filter;
   using Distance = SceneDistance<double>;
 
@@ -28,11 +44,7 @@ struct SceneState {
   /// scenes; and after an update their geometry.
   std::uint64_t version = 0;
 
-  // State of the last update. Bodies are identified by their index in `bodies`.
-  bool is_current = true;
-  std::vector<unsigned> in_tree, unbounded;  ///< bodies with a bounded box, and others
-  BodyTree tree;                             ///< its body i is in_tree[i]
-  std::vector<WorldBox> boxes;               ///< of the bodies in the tree
+  bool is_current = true;  ///< whether the bounds of bodies and BodyBoxes are those of now
 
   /// Grows with every change that may change an answer. Shapes and octrees may change in place, so
   /// each update of a scene that has some counts.
@@ -81,9 +93,9 @@ struct SceneState {
   /// Inserts pairs (i, i) of the bodies with self_collision into sorted pairs of indices.
   void addSelfPairs(std::vector<BodyPair>& pairs) const;
 
-  /// Finds the admitted pairs of bodies whose boxes, by index, are at most `distance` apart, or
-  /// unbounded; sorted pairs of indices.
-  void findSweptPairs(const std::vector<WorldBox>& all_boxes, double distance,
+  /// Finds the admitted pairs of bodies whose motions, in boxes by index, may come within
+  /// `distance`, as sorted pairs of indices.
+  void findSweptPairs(const std::vector<WorldBox>& swept, double distance,
                       std::vector<BodyPair>& pairs) const;
 
   // ---- Queries
@@ -118,7 +130,32 @@ struct SceneState {
 
  private:
   std::vector<Body>::const_iterator find(BodyId id) const;
+  template <typename Test>
+  void findAdmitted(const BodyBoxes& near, double distance, const Test& test,
+                    std::vector<BodyPair>& pairs) const;
 };
+
+template <typename BoxOf>
+void BodyBoxes::assign(std::size_t count, const BoxOf& boxOf) {
+  in_tree.clear();
+  unbounded.clear();
+  boxes.clear();
+  for (unsigned i = 0; i < count; ++i) {
+    const WorldBox& box = boxOf(i);
+    (box.isBounded() ? in_tree : unbounded).push_back(i);
+    if (box.isBounded()) boxes.push_back(box);
+  }
+}
+
+template <typename Found>
+void BodyBoxes::forEachPair(double distance, const Found& found) const {
+  tree.forEachPair(distance, [&](unsigned i, unsigned j) { found(in_tree[i], in_tree[j]); });
+  for (const unsigned a : unbounded) {
+    for (const unsigned b : in_tree) found(a, b);
+    for (const unsigned b : unbounded)
+      if (b < a) found(a, b);
+  }
+}
 
 namespace detail {
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <ctime>
 #include <memory>
 
 #include <fcl/geometry/shape/box.h>
@@ -14,6 +15,7 @@
 #include <fcl/geometry/shape/sphere.h>
 
 #include "ccd/moving_boxes.h"
+#include "support/closed_bodies.h"
 #include "support/meshes.h"
 #include "support/quad_motion.h"
 #include "support/random_geometry.h"
@@ -187,7 +189,8 @@ TEST(MotionClearance, IntervalsHoldAllTimesBelow) {
     const bool on_lattice = random.oneIn(2);
     const Body a = random.body(2, on_lattice, random.below(4), any()),
                b = random.body(2, on_lattice, random.below(4), any());
-    const double clearance = random.uniform(0, 1), tolerance = random.size(-3, -1);
+    const double clearance = random.oneIn(3) ? 0 : random.uniform(0, 1),
+                 tolerance = random.size(-3, -1);
     std::vector<MotionInterval> intervals;
     intervalsBelow(a.moving(), b.moving(), clearance, tolerance, intervals);
     for (std::size_t k = 0; k < intervals.size(); ++k) {
@@ -205,6 +208,73 @@ TEST(MotionClearance, IntervalsHoldAllTimesBelow) {
       EXPECT_TRUE(!is_inside || d <= clearance + tolerance + 1e-12) << "at " << t << ": " << d;
     }
     if (HasFailure()) return;
+  }
+}
+
+/// Finds intervals below 0 at growing precision, in a bounded time: the times of contact.
+template <typename Bodies>
+void expectContacts(const Bodies& first, const Bodies& second, double speed,
+                    const std::vector<MotionInterval>& expected) {
+  for (const double tolerance : {1e-2, 1e-4, 1e-6, 1e-9}) {
+    SCOPED_TRACE(tolerance);
+    std::vector<MotionInterval> found;
+    const std::clock_t begin = std::clock();
+    intervalsBelow(first, second, 0, tolerance, found);
+    EXPECT_LT(double(std::clock() - begin) / CLOCKS_PER_SEC, 0.5);
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      const double early = tolerance / speed + 1e-11;
+      EXPECT_LE(found[i].begin, expected[i].begin + 1e-11);
+      EXPECT_GE(found[i].begin, expected[i].begin - early);
+      EXPECT_GE(found[i].end, expected[i].end - 1e-11);
+      EXPECT_LE(found[i].end, expected[i].end + early);
+    }
+  }
+}
+
+/// A triangle that goes through the surface of a box, in at one side and out at the other.
+TEST(MotionClearance, TimesOfContactAreFoundAtAnyPrecision) {
+  const TriangleMesh<double> box = latticeBox<double>(1);
+  const DeformableMesh<double> mesh(box),
+      flat({P(0, .3, .4), P(.25, .3, .5), P(.1, .35, .6)}, {fcl::Triangle(0, 1, 2)});
+  Pose from = kIdentity, to = kIdentity;
+  from.translation()[0] = -1, to.translation()[0] = 3;
+  const BodyMotion<double> through(flat, from, to), still(mesh, kIdentity, kIdentity);
+  expectContacts(through, still, 4, {{.75 / 4, .25}, {1.75 / 4, .5}});
+  expectContacts(still, through, 4, {{.75 / 4, .25}, {1.75 / 4, .5}});
+}
+
+TEST(MotionClearance, TimesOfContactOfShapesAreFoundAtAnyPrecision) {
+  const fcl::Sphered ball(.5), other(.25);
+  const fcl::Planed plane(P::UnitZ(), 0);
+  const fcl::Halfspaced ground(P::UnitZ(), 0);
+  Pose from = kIdentity, to = kIdentity;
+  from.translation()[2] = -2, to.translation()[2] = 2;
+  const BodyMotion<double> up(ball, from, to), still(other, kIdentity, kIdentity),
+      table(plane, kIdentity, kIdentity), earth(ground, kIdentity, kIdentity);
+  expectContacts(up, still, 4, {{1.25 / 4, 2.75 / 4}});
+  expectContacts(up, table, 4, {{1.5 / 4, 2.5 / 4}});
+  expectContacts(up, earth, 4, {{0, 2.5 / 4}});
+}
+
+/// A blade that turns through a fixed triangle: both in contact while the angle is small.
+TEST(MotionClearance, TimesOfContactOfTurningTrianglesTakeTheRootOfThePrecision) {
+  const DeformableMesh<double> blade({P(.5, 0, -1), P(2, 0, -1), P(1, 0, 2)},
+                                     {fcl::Triangle(0, 1, 2)}),
+      fixed({P(.6, -.3, 0), P(1.4, -.3, .1), P(1, .4, 0)}, {fcl::Triangle(0, 1, 2)});
+  const auto turned = [](double angle) { return Pose(Eigen::AngleAxisd(angle, P::UnitZ())); };
+  const BodyMotion<double> turning(blade, turned(-1), turned(1), FramePath::Screw),
+      still(fixed, kIdentity, kIdentity);
+  // The triangle reaches from the angle of one corner to that of another; the blade is as large.
+  const double begin = (1 - std::atan2(.3, .6)) / 2, end = (1 + std::atan2(.4, 1)) / 2;
+  for (const double tolerance : {1e-3, 1e-5, 1e-6}) {
+    std::vector<MotionInterval> found;
+    const std::clock_t start = std::clock();
+    intervalsBelow(turning, still, 0, tolerance, found);
+    EXPECT_LT(double(std::clock() - start) / CLOCKS_PER_SEC, 0.5);
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_NEAR(found[0].begin, begin, 2 * tolerance);
+    EXPECT_NEAR(found[0].end, end, 2 * tolerance);
   }
 }
 

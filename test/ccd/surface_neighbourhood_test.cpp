@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <ctime>
 
 #include "adaptive_bvh/motion_clearance.h"
 #include "support/meshes.h"
@@ -75,6 +76,23 @@ TEST(SurfaceNeighbourhood, HasTheTrianglesWithinAPath) {
     });
   expectPairs(mesh, SurfaceNeighbourhood(tree),
               [&](auto i, auto j) { return pathBetween(mesh, steps, i, j) == 0; });
+}
+
+/// The least processor time of a triangle's neighbours, of three runs.
+double timeOfTriangle(int side) {
+  const DeformableMesh<double> mesh(plate<double>(side, side));
+  double least = HUGE_VAL;
+  for (int run = 0; run < 3; ++run) {
+    const std::clock_t begin = std::clock();
+    EXPECT_TRUE(SurfaceNeighbourhood(mesh).contains(0, 0));
+    least = std::min(least, double(std::clock() - begin));
+  }
+  return least / double(mesh.triangles().size());
+}
+
+/// Nine times as many triangles take about nine times as long.
+TEST(SurfaceNeighbourhood, TakesTimeByTheNeighboursOfEachTriangle) {
+  EXPECT_LT(timeOfTriangle(300), 2.5 * timeOfTriangle(100));
 }
 
 TEST(SurfaceNeighbourhood, HasTheLabelsThatDoNotCount) {

@@ -233,6 +233,47 @@ TYPED_TEST(TrustRegionTest, PlacesObstacles) {
   EXPECT_EQ(0u, region.truncate(proposed, accepted).held_back);
 }
 
+/// So does one that moves, deforms or gets other triangles, although a search comes before.
+TYPED_TEST(TrustRegionTest, SearchesAmongTheObstaclesOfTheLastBegin) {
+  using S = TypeParam;
+  const TriangleMesh<S> mesh = plate<S>(4, 4);
+  const DeformableMesh<S> model(mesh);
+  DeformableMesh<S> obstacle(mesh);
+  auto below = fcl::Transform3<S>(fcl::Transform3<S>::Identity());
+  below.translation()[2] = S(-0.05);
+  TrustRegionRequest<S> request;
+  request.radius = S(0.02);
+  for (int change = 0; change < 4; ++change) {
+    SCOPED_TRACE(change);
+    obstacle = DeformableMesh<S>(mesh);
+    TrustRegion<S> region(model, request);
+    region.addObstacle(obstacle, below);
+    auto accepted = mesh.vertices, proposed = accepted;
+    region.begin(accepted);
+    for (auto& x : proposed) x[2] -= S(0.2);
+    EXPECT_EQ(25u, region.truncate(proposed, accepted).held_by_radius);
+    auto away = below;
+    away.translation()[2] = -9;
+    if (change == 0) region.setTransform(0, away);
+    if (change == 1) obstacle.update(proposed);
+    if (change == 2) obstacle = DeformableMesh<S>(obstacle);
+    if (change == 3) {
+      obstacle = DeformableMesh<S>(plate<S>(3, 3));
+      const auto before = region.accepted();
+      EXPECT_THROW(region.truncate(proposed, accepted), std::invalid_argument);
+      EXPECT_EQ(before, region.accepted());
+      region.begin(before);
+    }
+    bool has_searched = false;
+    for (int i = 0; i < 8; ++i) has_searched |= region.truncate(proposed, accepted).has_searched;
+    EXPECT_TRUE(has_searched);
+    for (const auto& x : accepted) {
+      EXPECT_GT(x[2], S(-0.05));
+      EXPECT_LT(x[2], S(-0.045));
+    }
+  }
+}
+
 /// Ten iterations of a step of a simulation; all pairs, without a tree.
 TEST(TrustRegionStep, StaysApart) {
   const TriangleMesh<double> mesh = loadStep("cloth_funnel_227");

@@ -9,12 +9,14 @@
 #include "adaptive_bvh/contact_regions.h"
 #include "adaptive_bvh/continuous_collision.h"
 #include "adaptive_bvh/distance_derivatives.h"
+#include "adaptive_bvh/motion_clearance.h"
 #include "adaptive_bvh/penetration.h"
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/scene.h"
 #include "adaptive_bvh/self_collision.h"
+#include "adaptive_bvh/surface_neighbourhood.h"
 #include "adaptive_bvh/trust_region.h"
 #include "support/closed_bodies.h"
 #include "support/failing.h"
@@ -138,6 +140,81 @@ TEST_F(FailedQuery, LeavesResultsThatCanBeUsedAgain) {
       answer << std::accumulate(of_first.begin(), of_first.end(), 0.);
     });
   }
+}
+
+/// Of bodies that move: each query with its own memory.
+TEST_F(FailedQuery, RepeatsQueriesOverAMotion) {
+  const auto moved_on = moved(ball_.vertices(), {0, 0, 0.4});
+  const adaptive_bvh::Motion<double> motion(ball_, ball_.vertices(), moved_on);
+  const adaptive_bvh::Motion<double> still(other_, other_.vertices(), other_.vertices());
+  const auto sphere = std::make_shared<fcl::Sphered>(0.5);
+  Transform3d from = identity_, to = identity_;
+  from.translation() = Vector3<double>(4, 0, 0);
+  to.translation() = Vector3<double>(1.6, 1, 0);
+  const adaptive_bvh::BodyMotion<double> shape(*sphere, from, to);
+  failEach("least distance", [&](Numbers& answer) {
+    answer << leastDistance(motion, still, 1e-3).upper
+           << leastDistance(adaptive_bvh::BodyMotion<double>(motion), shape, 1e-3).upper;
+  });
+  std::vector<adaptive_bvh::MotionInterval> intervals;
+  failEach("intervals", [&](Numbers& answer) {
+    adaptive_bvh::intervalsBelow<double>(motion, still, 0.2, 1e-2, intervals);
+    answer << intervals.size() << intervals[0].begin;
+  });
+  const auto neighbours = adaptive_bvh::SurfaceNeighbourhood::byRings(ball_, 3);
+  failEach("self", [&](Numbers& answer) {
+    answer << adaptive_bvh::leastSelfDistance<double>(motion, neighbours, 1e-2).upper;
+  });
+  failEach("times", [&](Numbers& answer) {
+    adaptive_bvh::FeaturePairs pairs;
+    adaptive_bvh::ImpactTimes times;
+    answer << earliestImpact(motion, still, 0.01, pairs).time;
+    timesOfImpact(motion, still, pairs, 0.01, times);
+    answer << times.edge_edge.size() << earliestImpact(motion, 0.01).time;
+  });
+  failEach("safe", [&](Numbers& answer) {
+    std::vector<double> of_first, of_second;
+    safeDisplacements(motion, still, 0.01, of_first, of_second);
+    answer << std::accumulate(of_first.begin(), of_first.end(), 0.);
+  });
+}
+
+TEST_F(FailedQuery, RepeatsQueriesOfAMovingScene) {
+  adaptive_bvh::Scened scene;
+  const auto sphere = std::make_shared<fcl::Sphered>(0.5);
+  const auto plane = std::make_shared<fcl::Halfspaced>(Vector3<double>(0, 0, 1), -1.5);
+  const auto to = moved(ball_.vertices(), {0, 0, 0.4});
+  ball_.updateTwoFrames(to);
+  scene.add(ball_);
+  scene.add(other_);
+  scene.add(plane);
+  for (const double shift : {1., 0.}) {
+    for (unsigned i = 0; i < 3; ++i) {
+      Transform3d tf = identity_;
+      tf.translation()[0] = 2 + i + shift;
+      shift > 0 ? (void)scene.add(sphere, tf) : scene.setTransform(3 + i, tf);
+    }
+    scene.update();
+    if (shift > 0) scene.beginStep();
+  }
+  const auto& still = scene;
+  failEach("nearest", [&](Numbers& answer) {
+    answer << still.leastDistance(0, 1e-3).clearance.upper
+           << still.leastDistance(3, 1e-3).clearance.upper;
+  });
+  std::vector<adaptive_bvh::SceneClearance> several;
+  failEach("several", [&](Numbers& answer) {
+    still.leastDistances(0, 3, 1e-3, several, adaptive_bvh::FramePath::Screw);
+    answer << several.size() << several[1].clearance.upper;
+  });
+  adaptive_bvh::SceneIntervals intervals;
+  failEach("intervals", [&](Numbers& answer) {
+    answer << still.intervalsBelow(0.2, 1e-2, intervals) << intervals.found[0].begin;
+  });
+  failEach("impact", [&](Numbers& answer) {
+    const auto found = still.earliestImpact(0.01);
+    answer << found.impact.time << found.bodies.second;
+  });
 }
 
 /// What repeats a query step by step, while the meshes go on.

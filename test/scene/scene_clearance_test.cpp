@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 
+#include <fcl/geometry/octree/octree.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/halfspace.h>
 #include <fcl/geometry/shape/sphere.h>
@@ -182,6 +183,51 @@ TEST(SceneClearance, LeavesOutWhatThePairsLeaveOut) {
   bay.scene.setTransform(1, Pose::Identity());
   EXPECT_THROW(bay.scene.leastDistance(0, 1e-4), std::logic_error);
 }
+
+#if FCL_HAVE_OCTOMAP
+/// An octree that may pair is refused however far it is, and one that may not is no obstacle,
+/// wherever it moves.
+TEST(SceneClearance, RefusesOctreesByWhatPairsOnly) {
+  const auto cells = std::make_shared<octomap::OcTree>(0.5);
+  cells->updateNode(octomap::point3d(0.25f, 0.25f, 0.25f), true);
+  const auto octree = std::make_shared<fcl::OcTreed>(cells);
+  const auto ball = std::make_shared<fcl::Sphered>(0.5);
+  const auto at = [](double x) { return Pose(Eigen::Translation3d(x, 0, 0)); };
+  for (const bool moves : {false, true})
+    for (const bool is_far : {false, true})
+      for (const FramePath path : {FramePath::Straight, FramePath::Screw}) {
+        Scene<double> scene;
+        const BodyId a = scene.add(ball, at(0)), b = scene.add(ball, at(3)),
+                     cell = scene.add(octree, at(is_far ? 1e6 : 1));
+        scene.beginStep();
+        if (moves) scene.setTransform(cell, at(is_far ? 1e6 + 5 : 1.5));
+        scene.setTransform(b, at(2.5));
+        scene.update();
+        SceneIntervals intervals;
+        std::vector<SceneClearance> several;
+        const auto expectRefused = [&] {
+          EXPECT_THROW(scene.leastDistance(a, 1e-3, path), std::invalid_argument);
+          EXPECT_THROW(scene.leastDistances(a, 2, 1e-3, several, path), std::invalid_argument);
+          EXPECT_THROW(scene.intervalsBelow(0.1, 1e-3, intervals, path), std::invalid_argument);
+        };
+        expectRefused();
+        scene.ignore(a, cell);
+        EXPECT_NEAR(scene.leastDistance(a, 1e-3, path).clearance.upper, 1.5, 1e-3);
+        EXPECT_THROW(scene.leastDistance(b, 1e-3, path), std::invalid_argument);
+        EXPECT_THROW(scene.intervalsBelow(0.1, 1e-3, intervals, path), std::invalid_argument);
+        EXPECT_THROW(scene.leastDistance(cell, 1e-3, path), std::invalid_argument);
+        scene.unignore(a, cell);
+        adaptive_bvh::BodyOptions options;
+        options.group = options.mask = 0;
+        scene.setOptions(cell, options);
+        scene.update();
+        EXPECT_EQ(scene.leastDistance(a, 1e-3, path).bodies.second, b);
+        scene.leastDistances(a, 2, 1e-3, several, path);
+        EXPECT_EQ(several.size(), 1u);
+        EXPECT_EQ(scene.intervalsBelow(2, 1e-3, intervals, path), 1u);
+      }
+}
+#endif
 
 }  // namespace scene_clearance_test
 }  // namespace adaptive_bvh_test

@@ -4,6 +4,7 @@
 #include <new>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -37,11 +38,18 @@ class Text {
   std::ostringstream out_;
 };
 
-/// Lets the first, the second, ... allocation of call(subject) fail, until there are no more. A
-/// subject of `make` is there for each. `stateOf(subject)` describes all that can be seen of one.
-/// After a failure the state is what it was before; and after the call was repeated, or if it
-/// succeeded in spite of the failure, it is what it is where nothing fails. Returns how often the
-/// call failed. `failed(call)` says whether it did: it may throw std::bad_alloc or return a code.
+/// Runs a function on a thread of its own, where the memory that queries lease is still empty.
+template <typename Run>
+void onNewThread(const Run& run) {
+  std::thread(run).join();
+}
+
+/// Lets the first, the second, ... allocation of call(subject) fail, until there are no more: those
+/// of leased memory too, as each call is the first one of its thread. A subject of `make` is there
+/// for each. `stateOf(subject)` describes all that can be seen of one. After a failure the state is
+/// what it was before; and after the call was repeated on the same thread, or if it succeeded in
+/// spite of the failure, it is what it is where nothing fails. Returns how often the call failed.
+/// `failed(call)` says whether it did: it may throw std::bad_alloc or return a code.
 template <typename Make, typename Call, typename StateOf, typename Failed>
 int failEachAllocation(const std::string& what, const Make& make, const Call& call,
                        const StateOf& stateOf, const Failed& failed) {
@@ -62,18 +70,19 @@ int failEachAllocation(const std::string& what, const Make& make, const Call& ca
   int failures = 0;
   for (long n = 1;; ++n) {
     auto subject = make();
-    bool succeeds, was_reached;
-    {
-      const FailingAllocation failing(n);
-      succeeds = tryTo(subject);
-      was_reached = FailingAllocation::wasReached();
-    }
-    if (!succeeds) {
+    bool succeeds = true, was_reached = false;
+    onNewThread([&] {
+      {
+        const FailingAllocation failing(n);
+        succeeds = tryTo(subject);
+        was_reached = FailingAllocation::wasReached();
+      }
+      if (succeeds) return;
       ++failures;
       EXPECT_TRUE(was_reached) << what << ", allocation " << n;
-      EXPECT_EQ(before, stateOf(subject)) << what << ", allocation " << n;
+      onNewThread([&] { EXPECT_EQ(before, stateOf(subject)) << what << ", allocation " << n; });
       EXPECT_TRUE(tryTo(subject)) << what << ", allocation " << n;
-    }
+    });
     EXPECT_EQ(after, stateOf(subject)) << what << ", allocation " << n;
     if (!was_reached || testing::Test::HasFailure()) return failures;
   }

@@ -39,7 +39,7 @@ class PointArrays {
   void clear() { size_ = 0; }
   /// Reserves memory for `more` points, at most `kGranule`. Call it before adding them.
   void makeRoomFor(std::size_t more) {
-    if (size_ + more > numbers_[0].size()) makeRoom(2 * numbers_[0].size() + kGranule);
+    if (size_ + more > room()) makeRoom(2 * room() + kGranule);
   }
   void add(const Point& p) {
     for (int k = 0; k < 3; ++k) numbers_[k][size_] = p[k];
@@ -62,7 +62,7 @@ class PointArrays {
   }
   /// Becomes the components of `points` along axes, relative to the first point.
   void assign(const PointArrays& points, const Axes<Pack<S>>& axes) {
-    if (numbers_[0].size() < points.size()) makeRoom((points.size() / kGranule + 1) * kGranule);
+    if (room() < points.size()) makeRoom((points.size() / kGranule + 1) * kGranule);
     size_ = points.size();
     const Vectors<Pack<S>> first = points.first();
     points.forEachPack([&](std::size_t i, const Vectors<Pack<S>>& p) {
@@ -95,6 +95,8 @@ class PointArrays {
 
  private:
   static constexpr std::size_t kGranule = 64;  ///< unit of growth, a multiple of the pack's size
+  /// Number of points for which all arrays have memory: the size of the one that grows last.
+  std::size_t room() const { return numbers_.back().size(); }
   void makeRoom(std::size_t points) {
     for (auto& numbers : numbers_) numbers.resize(points);
   }
