@@ -45,8 +45,7 @@ struct RegionSums {
   fcl::Vector3d normal = fcl::Vector3d::Zero();
   /// The contribution of touching faces to the normal, which leaveOut has removed.
   fcl::Vector3d touching = fcl::Vector3d::Zero();
-  bool is_reversed = false;  ///< the triangles of exactly one body face inward
-  double depth = -1;         ///< -1: no point measured
+  double depth = -1;  ///< -1: no point measured
   fcl::Vector3d deepest = fcl::Vector3d::Zero();
 
   void add(const SurfacePart& part) {
@@ -72,21 +71,6 @@ struct RegionSums {
     } else if (side == first_sense) {
       normal -= second_sense * faces.area * faces.normal;
       touching += second_sense * faces.area * faces.normal;
-    }
-  }
-  /// Whether the volume or an area is negative, as for a body that faces inward.
-  bool isNegative() const { return volume < 0 || areas[0] < 0 || areas[1] < 0; }
-  /// Corrects the signs for bodies that face inward. `senses`: by body, -1 if it does, else 1.
-  void faceOutward(const std::array<double, 2>& senses) {
-    is_reversed = senses[0] * senses[1] < 0;
-    if (is_reversed) {
-      volume = -volume;
-      normal = -normal;
-      touching = -touching;
-    }
-    for (std::size_t k = 0; k < 2; ++k) {
-      areas[k] *= senses[1 - k];
-      moments[k] *= senses[1 - k];
     }
   }
   /// Finishes the sums, after all parts. A region as thin as the rounding error consists of
@@ -221,6 +205,17 @@ int enlargementOf(double extent) {
   return extent > 0 && extent < kSmall ? std::min(-std::ilogb(extent), kMost) : 0;
 }
 
+/// Whether a surface encloses a negative volume.
+bool facesInward(const ClosedSurface& surface) {
+  const fcl::Vector3d& origin = surface.points[0];
+  double volume = 0;
+  for (unsigned t = 0; t < surface.numTriangles(); ++t) {
+    const TrianglePoints<double> p = surface.triangle(t);
+    volume += (p[0] - origin).dot((p[1] - origin).cross(p[2] - origin));
+  }
+  return volume < 0;
+}
+
 /// Sets a surface to the mesh in the first body's frame, multiplied by `scale`.
 void placeSurface(const MeshState& mesh, const RelativePlacement& to_first, double scale,
                   ClosedSurface& surface) {
@@ -229,6 +224,8 @@ void placeSurface(const MeshState& mesh, const RelativePlacement& to_first, doub
   const fcl::Vector3d shift = scale * to_first.T;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     surface.points[v] = to_first.R * (scale * mesh.vertices[v]) + shift;
+  surface.faces_inward = false;
+  surface.faces_inward = facesInward(surface);
 }
 
 /// Finds the crossings, the winding numbers and the parts of both surfaces. `epsilon`: of the
@@ -291,32 +288,11 @@ void findDepths(WhichBody body, const MeshState& other, const RelativePlacement&
   }
 }
 
-/// Returns -1 for a surface that encloses a negative volume, else 1.
-double senseOf(const ClosedSurface& surface) {
-  const fcl::Vector3d& origin = surface.points[0];
-  double volume = 0;
-  for (unsigned t = 0; t < surface.numTriangles(); ++t) {
-    const TrianglePoints<double> p = surface.triangle(t);
-    volume += (p[0] - origin).dot((p[1] - origin).cross(p[2] - origin));
-  }
-  return volume < 0 ? -1 : 1;
-}
-
-/// Corrects the signs of all regions if a body faces inward.
-void faceOutward(RegionMemory& memory) {
-  if (std::none_of(memory.sums.begin(), memory.sums.end(),
-                   [](const RegionSums& sums) { return sums.isNegative(); }))
-    return;
-  const std::array<double, 2> senses = {senseOf(memory.bodies[0]), senseOf(memory.bodies[1])};
-  for (RegionSums& sums : memory.sums) sums.faceOutward(senses);
-}
-
 /// Sets the sums of all regions from the patches, and the depths.
 void sumRegions(const PlacedMesh& first, const PlacedMesh& second, RegionMemory& memory) {
   memory.sums.assign(memory.patches.numRegions(), RegionSums());
   for (const SurfacePart& part : memory.patches.parts()) memory.sums[part.region].add(part);
   for (const CoincidingFaces& faces : memory.coinciding) memory.sums[faces.region].leaveOut(faces);
-  faceOutward(memory);
   for (RegionSums& sums : memory.sums) sums.finish(memory.rounding);
   if (memory.sums.empty()) return;
   findDepths(WhichBody::First, second.mesh, RelativePlacement(second.tf, first.tf), memory);
@@ -396,14 +372,9 @@ class RegionWriter {
     result_.curve_regions.clear();
     result_.curve_begins.assign(1, 0);
     for (const CrossingCurve& curve : curves) {
-      const bool is_reversed = memory_.sums[curve.region].is_reversed;
       for (std::size_t i = curve.begin; i < curve.end; ++i) {
-        // A reversed curve begins with the same segment.
-        const std::size_t index = is_reversed && i > curve.begin ? curve.begin + curve.end - i : i;
-        const CrossingSegment& s =
-            memory_.crossings.segments()[memory_.patches.curveSegments()[index]];
-        const unsigned node = is_reversed ? s.end : s.start;
-        result_.curve_points.push_back(toWorld(memory_.crossings.nodes()[node].position));
+        const CrossingSegment& s = memory_.crossings.segments()[memory_.patches.curveSegments()[i]];
+        result_.curve_points.push_back(toWorld(memory_.crossings.nodes()[s.start].position));
         result_.curve_first.push_back(s.first);
         result_.curve_second.push_back(s.second);
       }

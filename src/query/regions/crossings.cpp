@@ -46,16 +46,6 @@ double crossingParameter(const TrianglePoints<double>& face, const fcl::Vector3d
   return above.value() / whole.value();
 }
 
-/// Whether points are nearer than `limit` to a face's plane; false for a face without area.
-bool isNear(const TrianglePoints<double>& points, const TrianglePoints<double>& face,
-            double limit) {
-  const fcl::Vector3d normal = (face[1] - face[0]).cross(face[2] - face[0]);
-  const double least = limit * normal.norm();
-  return std::all_of(points.begin(), points.end(), [&](const fcl::Vector3d& x) {
-    return std::fabs(normal.dot(x - face[0])) < least;
-  });
-}
-
 /// Returns the point at t on the segment from a (t = 0) to b (t = 1), computed from the nearer end.
 fcl::Vector3d between(const fcl::Vector3d& a, const fcl::Vector3d& b, double t) {
   if (t > 0.5) return b + (1 - t) * (a - b);
@@ -63,6 +53,15 @@ fcl::Vector3d between(const fcl::Vector3d& a, const fcl::Vector3d& b, double t) 
 }
 
 }  // namespace
+
+bool areNear(const TrianglePoints<double>& points, const TrianglePoints<double>& face,
+             double limit) {
+  const fcl::Vector3d normal = (face[1] - face[0]).cross(face[2] - face[0]);
+  const double least = limit * normal.norm();
+  return std::all_of(points.begin(), points.end(), [&](const fcl::Vector3d& x) {
+    return std::fabs(normal.dot(x - face[0])) < least;
+  });
+}
 
 void SurfaceCrossings::build(const ClosedSurfaces& bodies, std::vector<TrianglePair>& pairs,
                              double rounding) {
@@ -103,7 +102,7 @@ void SurfaceCrossings::keepIfCoplanar(const TrianglePair& pair, const TrianglePo
   // Nearly all pairs return here.
   const double most = (q[1] - q[0]).lpNorm<1>() * (q[2] - q[0]).lpNorm<1>();
   if (!(std::fabs(sides[0].value) <= rounding_ * most)) return;
-  if (isNear(p, q, rounding_) && isNear(q, p, rounding_))
+  if (areNear(p, q, rounding_) && areNear(q, p, rounding_))
     coplanar_.push_back({pair.first, pair.second, sides});
 }
 
@@ -304,11 +303,8 @@ int SurfaceWinding::countAround(const fcl::Vector3d& point, WhichBody body,
   candidates_.clear();
   other.rays->find(point, fcl::Vector3d::UnitX(), candidates_);
   int number = 0;
-  for (const unsigned t : candidates_) {
-    const TrianglePoints<double> face = other.triangle(t);
-    const int from = sideOfFace(face, point, body).sign, to = sideOfFace(face, far, body).sign;
-    if (from * to < 0 && passesWithin(point, far, face, body)) number += from;
-  }
+  for (const unsigned t : candidates_)
+    number += passageThrough(other.triangle(t), point, far, body);
   return number;
 }
 

@@ -84,6 +84,18 @@ inline bool passesWithin(const fcl::Vector3d& p, const fcl::Vector3d& q,
          side == passingSide(p, q, face[2], face[0], body);
 }
 
+/// Returns 1 if an edge leaves the other body through one of its faces, -1 if it enters it, 0 if it
+/// does not cross the face. `body`: to which the edge belongs.
+inline int passageThrough(const TrianglePoints<double>& face, const fcl::Vector3d& p,
+                          const fcl::Vector3d& q, WhichBody body) {
+  const int at_p = sideOfFace(face, p, body).sign, at_q = sideOfFace(face, q, body).sign;
+  return at_p * at_q < 0 && passesWithin(p, q, face, body) ? at_p : 0;
+}
+
+/// Whether points are nearer than `limit` to a face's plane; false for a face without area.
+bool areNear(const TrianglePoints<double>& points, const TrianglePoints<double>& face,
+             double limit);
+
 /// Interface to the tree of a mesh: finds the triangles that a ray may meet.
 class RayCandidates {
  public:
@@ -101,12 +113,14 @@ struct ClosedSurface {
   const MeshTopology* topology = nullptr;
   RayCandidates* rays = nullptr;      ///< of this mesh
   std::vector<fcl::Vector3d> points;  ///< by vertex
+  bool faces_inward = false;          ///< whether the mesh's triangles do; those below never do
 
   unsigned numTriangles() const { return static_cast<unsigned>(topology->triangles.size()); }
   VertexIndices corners(unsigned triangle) const {
     MeshView<double> view;
     view.triangles = topology->triangles.data();
-    return view.verticesOf(triangle);
+    const VertexIndices v = view.verticesOf(triangle);
+    return faces_inward ? VertexIndices{v[0], v[2], v[1]} : v;
   }
   TrianglePoints<double> triangle(unsigned triangle) const {
     const VertexIndices v = corners(triangle);
