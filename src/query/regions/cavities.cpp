@@ -25,11 +25,10 @@ void SurfacePatches::connectCavities() {
   if (std::all_of(enclosed_.begin(), enclosed_.end(), is_body)) return;
   const double reach = findFarthestVertices();
   enclosed_.erase(std::remove_if(enclosed_.begin(), enclosed_.end(), is_body), enclosed_.end());
-  const auto keyOf = [](const Enclosed& e) {
-    return std::make_tuple(-e.farthest[0], e.body, e.root);
-  };
-  std::sort(enclosed_.begin(), enclosed_.end(),
-            [&](const Enclosed& a, const Enclosed& b) { return keyOf(a) < keyOf(b); });
+  std::sort(enclosed_.begin(), enclosed_.end(), [](const Enclosed& a, const Enclosed& b) {
+    return std::make_tuple(-a.farthest[0], a.body, a.root) <
+           std::make_tuple(-b.farthest[0], b.body, b.root);
+  });
   for (const Enclosed& cavity : enclosed_)
     if (cavity.has_vertex) connectCavity(cavity, reach);
 }

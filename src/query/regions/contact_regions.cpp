@@ -133,31 +133,6 @@ class RegionDepth {
   fcl::Vector3d last_point_ = fcl::Vector3d::Zero();
 };
 
-/// RayCandidates by the tree of a mesh.
-class MeshRays final : public RayCandidates {
- public:
-  /// `to_first`: maps points of the mesh to the first body's frame. Rays are in that frame,
-  /// multiplied by `scale`. `rounding`: error of points in that frame, before the multiplication.
-  MeshRays(const MeshState& mesh, const RelativePlacement& to_first, double scale, double rounding)
-      : to_first_(to_first),
-        to_mesh_(to_first.R.inverse()),
-        scale_(scale),
-        rounding_(rounding),
-        rays_(mesh) {}
-
-  void find(const fcl::Vector3d& origin, const fcl::Vector3d& direction,
-            std::vector<unsigned>& triangles) override {
-    rays_.forEachNear(to_mesh_ * (origin * (1 / scale_) - to_first_.T), to_mesh_ * direction,
-                      rounding_, [&](int t) { triangles.push_back(static_cast<unsigned>(t)); });
-  }
-
- private:
-  const RelativePlacement to_first_;
-  const fcl::Matrix3d to_mesh_;  ///< rotation
-  const double scale_, rounding_;
-  RayWalk rays_;
-};
-
 /// Memory of a query, kept for the next one on its thread.
 struct RegionMemory {
   ClosedSurfaces bodies;
@@ -197,14 +172,6 @@ double extentOf(const PlacedMesh& body) {
   return static_cast<double>(box.min_.cwiseAbs().cwiseMax(box.max_.cwiseAbs()).maxCoeff());
 }
 
-/// Returns the exponent of a power of two that brings small coordinates to about 1, so that their
-/// products do not underflow; 0 for other coordinates.
-int enlargementOf(double extent) {
-  constexpr double kSmall = 0x1p-100;
-  constexpr int kMost = 1000;
-  return extent > 0 && extent < kSmall ? std::min(-std::ilogb(extent), kMost) : 0;
-}
-
 /// Whether a surface encloses a negative volume.
 bool facesInward(const ClosedSurface& surface) {
   const fcl::Vector3d& origin = surface.points[0];
@@ -238,7 +205,7 @@ void findPatches(const PlacedMesh& first, const PlacedMesh& second,
   const double shift = to_first.T.cwiseAbs().maxCoeff(),
                extent = std::max(extentOf(first), extentOf(second)) + shift,
                in_world = extent + double(first.tf.translation().cwiseAbs().maxCoeff());
-  memory.exponent = enlargementOf(extent);
+  memory.exponent = std::ilogb(rounding::enlargement(extent));
   placeSurface(first.mesh, RelativePlacement(), memory.scale(), memory.bodies[0]);
   placeSurface(second.mesh, to_first, memory.scale(), memory.bodies[1]);
   constexpr double kUnits = 16;  // rounding error of a position, in `epsilon`

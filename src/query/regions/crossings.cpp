@@ -259,26 +259,18 @@ void SurfaceWinding::connectLabels(WhichBody body, const SurfaceCrossings& cross
   }
 }
 
-SurfaceWinding::Box SurfaceWinding::boxAround(const ClosedSurface& surface) {
-  Box box{surface.points[0], surface.points[0]};
-  for (const fcl::Vector3d& p : surface.points) {
-    box.low = box.low.cwiseMin(p);
-    box.high = box.high.cwiseMax(p);
-  }
-  return box;
-}
-
 /// Sets the number of each label. A vertex outside of the other body's box has the number 0. If a
 /// root is connected with no such vertex, its number is counted along a ray.
 void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, WhichBody body) {
   const ClosedSurface &surface = bodies[indexOf(body)], &other = bodies[indexOf(otherOf(body))];
-  const Box box = boxAround(other);
+  fcl::AABBd box;
+  for (const fcl::Vector3d& p : other.points) box += p;
   numbers_.assign(first_vertices_.size(), 0);
   is_known_.assign(first_vertices_.size(), 0);
   for (unsigned v = 0; v < labels_.size(); ++v) {
     if (labels_[v] == kNoLabel) continue;
     const fcl::Vector3d& p = surface.points[v];
-    if (!(p.array() < box.low.array()).any() && !(p.array() > box.high.array()).any()) continue;
+    if (box.contain(p)) continue;
     const unsigned root = rootOf(labels_[v]);
     if (is_known_[root]) continue;
     is_known_[root] = 1;
@@ -296,10 +288,10 @@ void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, WhichBody body) {
 /// Returns the winding number of another body at a point: sums the signs of its crossings with a
 /// ray along x, treated as an edge of the point's body that ends beyond the box.
 int SurfaceWinding::countAround(const fcl::Vector3d& point, WhichBody body,
-                                const ClosedSurface& other, const Box& box) {
-  const double size = std::max(box.low.cwiseAbs().maxCoeff(), box.high.cwiseAbs().maxCoeff());
+                                const ClosedSurface& other, const fcl::AABBd& box) {
+  const double size = std::max(box.min_.cwiseAbs().maxCoeff(), box.max_.cwiseAbs().maxCoeff());
   fcl::Vector3d far = point;
-  far[0] = box.high[0] + std::max(size, 1.);
+  far[0] = box.max_[0] + std::max(size, 1.);
   candidates_.clear();
   other.rays->find(point, fcl::Vector3d::UnitX(), candidates_);
   int number = 0;
