@@ -71,7 +71,9 @@ struct ClosestFeature {
   S distance;                   ///< from the query point; infinite if none is within the limit
   int triangle;                 ///< as ClosestPoint::triangle; -1 if there is none
   fcl::Vector3<S> barycentric;  ///< weights of the triangle's corners
-  SurfaceFeature feature;  ///< whether the point is inside the triangle, on an edge or a corner
+  /// Whether the point is inside the triangle, on an edge or a corner. A query point that lies
+  /// exactly on an edge, for the given numbers, is on it. For others, rounding decides.
+  SurfaceFeature feature;
   /// Index of the triangle, number of the edge (feature_pairs.h) or index of the vertex.
   unsigned number;
   /// The surface's outward direction at the point, of length 1: that of the triangle; on an edge

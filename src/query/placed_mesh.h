@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <limits>
 
@@ -12,6 +13,11 @@
 #include "triangles/triangle_contact.h"
 
 namespace adaptive_bvh {
+
+/// The number of threads of a query of two meshes.
+inline int queryThreads(const MeshState& first, const MeshState& second) {
+  return std::max(first.query_threads, second.query_threads);
+}
 
 /// A mesh of a query and its pose, a rigid transform. A view: the mesh must outlive it.
 struct PlacedMesh {

@@ -149,7 +149,8 @@ class TreePair {
                                      common.scale);
     WideTree& copy = *aligned_.emplace();
     copy.assignTopology(smaller.tree());
-    copy.refit(smaller.mesh.vertices.data(), in_smaller, TaskPool(smaller.mesh.query_threads));
+    copy.refit(smaller.mesh.vertices.data(), in_smaller,
+               TaskPool(queryThreads(smaller.mesh, larger.mesh)));
     (is_first_smaller ? first_ : second_) = &copy;
     frame_ = RelativeFrame(*first_, *second_, to_first_);
   }

@@ -267,6 +267,15 @@ inline int planarOrientation(double px, double py, double qx, double qy, double 
   return sum.sign();
 }
 
+/// Whether three points lie exactly on a line.
+inline bool areOnALine(const fcl::Vector3d& p, const fcl::Vector3d& q, const fcl::Vector3d& r) {
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    if (planarOrientation(p[i], p[j], q[i], q[j], r[i], r[j]) != 0) return false;
+  }
+  return true;
+}
+
 /// Whether three points lie strictly on the same side of a plane, given their heights or
 /// orientations.
 inline bool areOnOneSide(const std::array<double, 3>& sides) {

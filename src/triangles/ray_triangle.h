@@ -110,9 +110,9 @@ class RayTriangle {
   /// components have an error of at most 7 u m, an area, at most 2 s^2, one of 36 u m s, and the
   /// volume one of 160 u m^2 s.
   static constexpr double kAreaError = 0x1p-47, kVolumeError = 0x1p-45;
-  /// If the sum of the areas exceeds its error by this factor, barycentric coordinates have six
-  /// correct digits.
-  static constexpr double kAccurate = 0x1p20;
+  /// If the sum of the areas exceeds its error by this factor, barycentric coordinates and t have
+  /// nine correct digits, also at grazing angles.
+  static constexpr double kAccurate = 0x1p32;
   /// Whether nothing overflows, or underflows by more than the error bounds allow for.
   static bool isInRange(double size, double width) {
     return size < 0x1p300 && width > size * 0x1p-100 && width > 0x1p-300 &&

@@ -39,9 +39,10 @@ class DistanceRounding {
   double ofSeparations() const { return of_separations_; }
   /// Whether bodies at this rounded distance certainly do not touch.
   bool isClear(double distance) const { return distance > 4 * of_separations_; }
-  /// The distance minus both errors: candidates that are not nearer count as equally near.
+  /// The distance minus both errors: candidates that are not nearer count as equally near. Infinite
+  /// if the distance is.
   double below(double distance) const {
-    return distance - (of_separations_ + 18 * 0x1p-52 * distance);
+    return distance * (1 - 18 * 0x1p-52) - of_separations_;
   }
 
  private:

@@ -9,6 +9,7 @@
 #include "adaptive_bvh/point_query.h"
 #include "adaptive_bvh/proximity.h"
 #include "adaptive_bvh/query.h"
+#include "adaptive_bvh/scene.h"
 #include "support/degenerate_triangles.h"
 #include "support/long_mode.h"
 #include "support/quad_geometry.h"
@@ -168,6 +169,41 @@ TEST(Needles, TouchWhereTheyTouch) {
   std::vector<double> clearances;
   adaptive_bvh::clearance(at_point, still, model, still, 1., clearances);
   EXPECT_NEAR(0, clearances.at(0), 3e-14);
+}
+
+/// A grid of squares in the plane z = 0.
+TriangleMesh<double> grid(int squares, double x, double y, double side) {
+  TriangleMesh<double> mesh;
+  const auto at = [&](int i, int j) { return std::size_t(i * (squares + 1) + j); };
+  for (int i = 0; i <= squares; ++i)
+    for (int j = 0; j <= squares; ++j) mesh.vertices.emplace_back(x + j * side, y + i * side, 0);
+  for (int i = 0; i < squares; ++i)
+    for (int j = 0; j < squares; ++j) {
+      mesh.triangles.emplace_back(at(i, j), at(i, j + 1), at(i + 1, j + 1));
+      mesh.triangles.emplace_back(at(i, j), at(i + 1, j + 1), at(i + 1, j));
+    }
+  return mesh;
+}
+
+/// Sheets that overlap in a plane, which is turned: a pair of triangles has the rounded distance 0
+/// without a common point before one that touches is found.
+TEST(CoplanarSheets, HaveTheDistanceZeroWhereTheyTouch) {
+  const double side = 0x1.74c9e9c34c5cep-2;
+  const DeformableMesh<double> a(grid(1, 0, 0, side)),
+      b(grid(2, -0x1.00021a0858914p-3, -0x1.206e88d9ecfap-2, 0.5));
+  fcl::Transform3d tf = fcl::Transform3d::Identity();
+  tf.linear() << 0x1.d0ff5b715e4adp-1, -0x1.f60ab93ebff3ep-3, -0x1.5b61a264c92cdp-2,
+      0x1.9483766b4fb7fp-2, 0x1.8a2c041fa3edap-1, 0x1.00a4231777448p-1, 0x1.1b39afd808944p-3,
+      -0x1.2db1ce6076bc8p-1, 0x1.979126cfc7bf9p-1;
+  tf.translation() << 0x1.37f8d450667ap-6, -0x1.56dadd131191ep-2, 0x1.b7b66fa1b5afep-2;
+  ASSERT_TRUE(isNearer(a, tf, b, tf, 0.));
+  for (const auto& [first, second] : {std::pair{&a, &b}, std::pair{&b, &a}}) {
+    adaptive_bvh::Scene<double> scene;
+    const adaptive_bvh::BodyId body = scene.add(*first, tf);
+    scene.add(*second, tf);
+    scene.update();
+    EXPECT_EQ(0, scene.nearest(body).distance);
+  }
 }
 
 }  // namespace lattice_distance_test

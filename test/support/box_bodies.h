@@ -32,6 +32,25 @@ class BoxBody {
     for (int i = 0; i < solids; ++i) body.addWithin({0, 0, 0}, {kSide, kSide, kSide}, 1, random);
     return body;
   }
+  /// A box in a cavity in a box and so on, `depth` of them, in a lattice of this side.
+  template <typename S>
+  static BoxBody nest(int depth, int side, RandomGeometry<S>& random) {
+    BoxBody body;
+    Box box{{0, 0, 0}, {side, side, side}, 1};
+    for (int left = depth; left > 0; --left, box.sign = -box.sign) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const int room = box.high[k] - box.low[k] - (2 * left - 1), before = random.below(room + 1);
+        box.low[k] += before;
+        box.high[k] -= random.below(room - before + 1);
+      }
+      body.boxes_.push_back(box);
+      for (std::size_t k = 0; k < 3; ++k) {
+        ++box.low[k];
+        --box.high[k];
+      }
+    }
+    return body;
+  }
   void add(const Corner& low, const Corner& high, int sign = 1) {
     boxes_.push_back({low, high, sign});
   }
@@ -128,20 +147,22 @@ class BoxOverlap {
     bool operator==(const Region& other) const { return !(*this < other) && !(other < *this); }
   };
 
-  /// `offset`: of the second.
-  BoxOverlap(const BoxBody& first, const BoxBody& second, const BoxBody::Corner& offset) {
+  /// `offset`: of the second. `side`: of the lattice.
+  BoxOverlap(const BoxBody& first, const BoxBody& second, const BoxBody::Corner& offset,
+             int side = BoxBody::kSide)
+      : cubes_aside_(side + 2 * kBorder), cells_aside_(2 * cubes_aside_) {
     const BoxBody::Corner none{};
-    for (int x = 0; x < kCubes; ++x)
-      for (int y = 0; y < kCubes; ++y)
-        for (int z = 0; z < kCubes; ++z) {
+    for (int x = 0; x < cubes_aside_; ++x)
+      for (int y = 0; y < cubes_aside_; ++y)
+        for (int z = 0; z < cubes_aside_; ++z) {
           const BoxBody::Corner at{x - kBorder, y - kBorder, z - kBorder};
           cubes_[0].push_back(first.numberAt(shifted(at, none)) != 0);
           cubes_[1].push_back(second.numberAt(shifted(at, offset)) != 0);
         }
-    seen_.assign(kCells * kCells * kCells, 0);
-    for (int x = 0; x < kCells; ++x)
-      for (int y = 0; y < kCells; ++y)
-        for (int z = 0; z < kCells; ++z)
+    seen_.assign(std::size_t(cells_aside_ * cells_aside_ * cells_aside_), 0);
+    for (int x = 0; x < cells_aside_; ++x)
+      for (int y = 0; y < cells_aside_; ++y)
+        for (int z = 0; z < cells_aside_; ++z)
           if (isIn({x, y, z}) && !seen_[numberOf({x, y, z})]) flood({x, y, z});
     std::sort(regions_.begin(), regions_.end());
   }
@@ -149,19 +170,20 @@ class BoxOverlap {
   const std::vector<Region>& regions() const { return regions_; }
 
  private:
-  static constexpr int kBorder = 2, kCubes = BoxBody::kSide + 2 * kBorder, kCells = 2 * kCubes;
+  static constexpr int kBorder = 2;
   using Cell = std::array<int, 3>;
 
   static BoxBody::Corner shifted(const BoxBody::Corner& at, const BoxBody::Corner& by) {
     return {at[0] - by[0], at[1] - by[1], at[2] - by[2]};
   }
-  static std::size_t numberOf(const Cell& c) {
-    return std::size_t((c[0] * kCells + c[1]) * kCells + c[2]);
+  std::size_t numberOf(const Cell& c) const {
+    return std::size_t((c[0] * cells_aside_ + c[1]) * cells_aside_ + c[2]);
   }
   bool hasCube(std::size_t body, const Cell& cube) const {
     for (const int x : cube)
-      if (x < 0 || x >= kCubes) return false;
-    return cubes_[body][std::size_t((cube[0] * kCubes + cube[1]) * kCubes + cube[2])] != 0;
+      if (x < 0 || x >= cubes_aside_) return false;
+    return cubes_[body][std::size_t((cube[0] * cubes_aside_ + cube[1]) * cubes_aside_ + cube[2])] !=
+           0;
   }
   bool isIn(std::size_t body, const Cell& c) const {
     Cell cube;
@@ -202,6 +224,7 @@ class BoxOverlap {
     if (in_first != in_second) region.normal[k] += in_second ? step * area : -step * area;
   }
 
+  const int cubes_aside_, cells_aside_;  ///< along each side
   std::array<std::vector<char>, 2> cubes_;
   std::vector<char> seen_;
   std::vector<Region> regions_;

@@ -14,6 +14,7 @@
 #include "adaptive_bvh/self_collision.h"
 #include "deformable/mesh_state.h"
 #include "query/contacts/contacts.h"
+#include "query/tree_pair.h"
 #include "support/closed_bodies.h"
 #include "support/fcl_float.h"
 #include "support/random_geometry.h"
@@ -268,6 +269,28 @@ TYPED_TEST(QueryThreads, AreASettingOfTheMesh) {
   this->self(this->all_, NeighbourFilter::SharedVertex, expected);
   selfCollide(copy, this->tf1_, this->all_, result);
   EXPECT_EQ(expected.numContacts(), result.numContacts());
+}
+
+/// One tree is turned by the threads of either mesh: what it keeps for each part of the work shows
+/// it.
+TEST(AlignedTrees, TakeTheThreadsOfEitherMesh) {
+  const auto bytesWith = [](int first_threads, int second_threads) {
+    DeformableMesh<double> first(plate<double>(20, 20)), second(plate<double>(20, 20));
+    first.setQueryThreads(first_threads);
+    second.setQueryThreads(second_threads);
+    fcl::Transform3d turned = fcl::Transform3d::Identity();
+    turned.rotate(Eigen::AngleAxisd(0.3, fcl::Vector3d::UnitZ()));
+    const adaptive_bvh::PlacedMesh one(first, fcl::Transform3d::Identity()), two(second, turned);
+    adaptive_bvh::TreePair trees(one, two);
+    trees.align();
+    EXPECT_TRUE(trees.frame().isSame());
+    return trees.first().bytes() + trees.second().bytes();
+  };
+  const std::size_t alone = bytesWith(1, 1), most = bytesWith(1, 2);
+  if (most == alone) GTEST_SKIP() << "without threads";
+  std::size_t found = 0;
+  std::thread([&] { found = bytesWith(2, 1); }).join();  // with memory of its own
+  EXPECT_EQ(most, found);
 }
 
 /// Users' threads query shared meshes at once, each of them on several.

@@ -99,7 +99,7 @@ class ContactWorker {
 /// Number of threads of the query. One with cost sources, which are not merged from workers.
 int threadsFor(const PairInput& input, const ContactSink& sink) {
   if (sink.request.enable_cost) return 1;
-  return std::max(input.first.mesh.query_threads, input.second.mesh.query_threads);
+  return queryThreads(input.first.mesh, input.second.mesh);
 }
 
 /// Runs the tasks on the pool, then adds their contacts to the query's result, in their order.

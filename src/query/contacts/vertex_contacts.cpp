@@ -176,7 +176,7 @@ void findVertexContacts(const PlacedMesh& mesh, const PlacedMesh& other, double 
     writer.addAll();
   }
   const auto makeTest = [&] { return MeshContactTest(mesh.mesh, other.mesh, to_other, margin); };
-  const int threads = std::max(mesh.mesh.query_threads, other.mesh.query_threads);
+  const int threads = queryThreads(mesh.mesh, other.mesh);
   writer.write(threads, makeTest, result);
 }
 

@@ -51,12 +51,10 @@ class NearestPair {
   bool lookAlongHulls();
   /// Pairs at this distance or farther do not matter: the distance so far, less tolerances.
   double limit() const { return limit_; }
-  /// The limit minus the rounding error of distances of triangles: pairs that are nearer by less
-  /// than this error count as equally near, so that parallel faces are pruned. The limit itself if
-  /// the pair is so near that this could miss a contact.
-  double limitWithinRounding() const { return isClear() ? rounding_.below(limit_) : limit_; }
-  /// The limit for lower bounds that may be too large by DistanceRounding::ofSeparations.
-  double limitOfBounds() const {
+  /// The limit for separations, which may be too large by DistanceRounding::ofSeparations: less the
+  /// errors of distances, so that pairs nearer by less count as equally near and parallel faces are
+  /// pruned; but more by that error if the pair is so near that this could miss a contact.
+  double limitWithinRounding() const {
     return isClear() ? rounding_.below(limit_) : limit_ + rounding_.ofSeparations();
   }
   /// Whether triangles at the distance of the limit, up to rounding, certainly do not touch.

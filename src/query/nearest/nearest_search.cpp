@@ -128,7 +128,7 @@ void NearestSearch::setLimit() {
   direction_ = trees_.first().coordinates().axes().transpose() * nearest_.triangles().direction();
   blocks_.lookAlong(vectors::all(direction_));
   if (has_view_) {
-    view_.setLimit(nearest_.limitOfBounds());
+    view_.setLimit(nearest_.limitWithinRounding());
     key_limit_ = view_.limitOfKeys();
   }
   if (has_supports_) supports_.setLimit(nearest_.limitWithinRounding());

@@ -51,7 +51,8 @@ ClosestPoint<S> pointOf(const PointSearch::Nearest& nearest) {
 /// Converts the result of a search to S; adds the feature of the nearest point and its normal. If
 /// no triangle was found: a NaN point at an infinite distance.
 template <typename S>
-ClosestFeature<S> featureOf(const SurfaceNormals& normals, const PointSearch::Nearest& nearest) {
+ClosestFeature<S> featureOf(const SurfaceNormals& normals, const fcl::Vector3d& x,
+                            const PointSearch::Nearest& nearest) {
   if (nearest.triangle < 0)
     return {fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN()),
             std::numeric_limits<S>::infinity(),
@@ -60,8 +61,7 @@ ClosestFeature<S> featureOf(const SurfaceNormals& normals, const PointSearch::Ne
             SurfaceFeature::Face,
             0,
             fcl::Vector3<S>::Zero()};
-  const SurfacePlace place =
-      SurfaceNormals::placeOf(nearest.place, static_cast<unsigned>(nearest.triangle));
+  const SurfacePlace place = normals.placeOf(x, nearest.place, unsigned(nearest.triangle));
   return {nearest.point.template cast<S>(),
           static_cast<S>(nearest.distance),
           nearest.triangle,
@@ -120,7 +120,7 @@ void closestFeatures(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* point
   const SurfaceNormals normals(state);
   forEachPoint(state, points, count, [&] {
     return [&, search = NearestInTurn(state)](std::size_t i, const fcl::Vector3d& x) mutable {
-      result[i] = featureOf<S>(normals, search(x, static_cast<double>(limit)));
+      result[i] = featureOf<S>(normals, x, search(x, static_cast<double>(limit)));
     };
   });
 }

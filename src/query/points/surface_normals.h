@@ -6,6 +6,7 @@
 #include "adaptive_bvh/point_query.h"
 #include "deformable/mesh_state.h"
 #include "triangles/feature_distance.h"
+#include "triangles/orientation.h"
 
 namespace adaptive_bvh {
 
@@ -43,6 +44,22 @@ class SurfaceNormals {
     if (on_face.is_inside) return place;
     place.feature = on_face.along == 0 ? SurfaceFeature::Vertex : SurfaceFeature::Edge;
     place.corner = edge;
+    return place;
+  }
+  /// Converts the place on a triangle that is nearest to x. If x is exactly on a side, so is the
+  /// place, which may be inside by rounding.
+  SurfacePlace placeOf(const fcl::Vector3d& x, const feature_distance::FacePlace<double>& on_face,
+                       unsigned triangle) const {
+    SurfacePlace place = placeOf(on_face, triangle);
+    const auto p = cornersOf(triangle);
+    for (std::size_t k = 0; k < 3 && place.feature == SurfaceFeature::Face; ++k) {
+      double& opposite = place.barycentric[int((k + 2) % 3)];
+      if (!areOnALine(p[k], p[(k + 1) % 3], x)) continue;
+      place.feature = SurfaceFeature::Edge;
+      place.corner = k;
+      place.barycentric[int(k)] += opposite;
+      opposite = 0;
+    }
     return place;
   }
 

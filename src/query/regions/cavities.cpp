@@ -1,110 +1,185 @@
-// The part of SurfacePatches that finds cavities: a region may have several closed boundaries, an
-// outer one and one around each cavity.
+// The part of SurfacePatches that decides which region has a cavity, and which part of a triangle
+// has a hole: a region may have several closed boundaries, an outer one and one for each cavity.
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "query/regions/patches.h"
 
 namespace adaptive_bvh {
 
-/// Connects the surfaces of cavities with the surfaces around them. The closed surface of a root is
-/// that of a cavity if the volume that it encloses has the opposite sign of the total volume.
+/// Connects each cavity, whose surface encloses a negative volume, with the region that has a
+/// vertex of the cavity inside: the region whose surface winds around it. This is decided exactly,
+/// but for the place on triangles that cross the other body. Cavities that extend farther along
+/// x come first. So a cavity around this one is connected already with the region around it, and
+/// both together wind around this one 0 times.
+///
+/// The farthest point of a cavity is a vertex of a body: where surfaces cross, it has a dent.
 void SurfacePatches::connectCavities() {
-  // Smaller volumes, relative to the area to the power of 1.5, are rounding errors.
+  // Smaller volumes, relative to the area to the power of 1.5, may be negative but for rounding.
   constexpr double kFlat = 1e-9;
   measureRoots();
-  double sum = 0;
-  for (const Enclosed& e : enclosed_) sum += e.volume;
-  const double sense = sum < 0 ? -1 : 1;
-  for (const Enclosed& cavity : enclosed_) {
-    if (!(sense * cavity.volume < -kFlat * cavity.area * std::sqrt(cavity.area))) continue;
-    if (connectCavity(cavity.root, parts_[cavity.largest])) continue;
-    // The line through that part missed the cavity.
-    for (const SurfacePart& part : parts_)
-      if (rootOf(part.region) == cavity.root && connectCavity(cavity.root, part)) break;
-  }
+  const auto is_body = [&](const Enclosed& e) -> bool {
+    return e.volume > kFlat * e.area * std::sqrt(e.area);
+  };
+  if (std::all_of(enclosed_.begin(), enclosed_.end(), is_body)) return;
+  const double reach = findFarthestVertices();
+  enclosed_.erase(std::remove_if(enclosed_.begin(), enclosed_.end(), is_body), enclosed_.end());
+  std::sort(enclosed_.begin(), enclosed_.end(), [](const Enclosed& a, const Enclosed& b) {
+    return std::make_tuple(-a.farthest[0], a.body, a.root) <
+           std::make_tuple(-b.farthest[0], b.body, b.root);
+  });
+  for (const Enclosed& cavity : enclosed_)
+    if (cavity.has_vertex) connectCavity(cavity, reach);
 }
 
-/// Computes the volume that the parts of each root enclose, and finds the largest part.
+/// Computes the volume and the area of the parts of each root.
 void SurfacePatches::measureRoots() {
   enclosed_.clear();
   numbers_.assign(parents_.size(), kNoRegion);
-  for (std::size_t i = 0; i < parts_.size(); ++i) {
-    const SurfacePart& part = parts_[i];
+  for (const SurfacePart& part : parts_) {
     unsigned& index = numbers_[rootOf(part.region)];  // in enclosed_
     if (index == kNoRegion) {
       index = static_cast<unsigned>(enclosed_.size());
-      enclosed_.push_back({rootOf(part.region), 0, 0, part.origin, i});
+      enclosed_.push_back({rootOf(part.region), 0, 0, part.origin});
     }
     Enclosed& e = enclosed_[index];
     e.volume += (part.origin - e.origin).dot(part.normal) * part.area / 3;
     e.area += std::fabs(part.area);
-    if (std::fabs(part.area) > std::fabs(parts_[e.largest].area)) e.largest = i;
   }
 }
 
-/// Connects a cavity with the surface around it, which is found along a line through one of the
-/// cavity's parts. Returns false if the line misses the cavity.
-bool SurfacePatches::connectCavity(unsigned root, const SurfacePart& part) {
-  if (part.area == 0) return false;
-  // The line is steep to the part, and not along an edge of a regular grid.
-  Line line;
-  line.origin = part.centroid();
-  const fcl::Vector3d tangent = part.normal.unitOrthogonal();
-  line.along = part.normal + 0.3127 * tangent + 0.1741 * part.normal.cross(tangent);
-  line.u = line.along.unitOrthogonal();
-  line.v = line.along.cross(line.u);
-  hits_.clear();
-  for (const WhichBody body : {WhichBody::First, WhichBody::Second}) {
-    candidates_.clear();
-    RayCandidates& rays = *(*bodies_)[indexOf(body)].rays;
-    rays.find(line.origin, line.along, candidates_);
-    rays.find(line.origin, -line.along, candidates_);
-    std::sort(candidates_.begin(), candidates_.end());
-    candidates_.erase(std::unique(candidates_.begin(), candidates_.end()), candidates_.end());
-    for (const unsigned t : candidates_) addHits(line, body, t);
+/// Finds the vertex of each root that is farthest along x; of two at one place the first body's,
+/// which the rule for ties shifts along x. Returns a bound of all coordinates.
+double SurfacePatches::findFarthestVertices() {
+  double reach = 1;
+  for (const WhichBody body : {WhichBody::Second, WhichBody::First}) {
+    const std::vector<fcl::Vector3d>& points = (*bodies_)[indexOf(body)].points;
+    for (unsigned v = 0; v < points.size(); ++v) {
+      reach = std::max(reach, points[v].lpNorm<Eigen::Infinity>());
+      const unsigned root = rootOfVertex(body, v);
+      if (root == kNoRegion) continue;
+      Enclosed& e = enclosed_[numbers_[root]];
+      if (e.has_vertex && points[v][0] < e.farthest[0]) continue;
+      e.has_vertex = true;
+      e.body = body;
+      e.farthest = points[v];
+    }
   }
-  const unsigned around = rootAround(root);
-  if (around != kNoRegion) connect(root, around);
-  return around != kNoRegion;
+  return reach;
 }
 
-/// Adds the crossings of a line with the parts of a triangle. Their position is where the line
-/// crosses the triangle's plane, clamped to the triangle's extent along the line.
-void SurfacePatches::addHits(const Line& line, WhichBody body, unsigned triangle) {
-  const ClosedSurface& surface = (*bodies_)[indexOf(body)];
-  const TrianglePoints<double> p = surface.triangle(triangle);
-  const fcl::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]);
-  double low = line.along.dot(p[0] - line.origin), high = low;
-  for (const fcl::Vector3d& x : p) {
-    low = std::min(low, line.along.dot(x - line.origin));
-    high = std::max(high, line.along.dot(x - line.origin));
-  }
-  const double in_plane =
-      normal.dot(p[0] - line.origin) / normal.dot(line.along) * line.along.squaredNorm();
-  const double position = in_plane > low ? std::min(in_plane, high) : low;  // `low` if it is NaN
-  if (const CutTriangle* const cut = cutTriangle(body, triangle)) {
-    for (std::size_t i = cut->begin; i < cut->end; ++i) addHit(line, pieces_[i], position);
+/// Connects a cavity with the region that has its farthest vertex inside, by the crossings of a
+/// line from there, not along an edge of a regular grid. Of eight directions, takes one that does
+/// not cross parts of a triangle at the vertex. `reach`: bound of all coordinates.
+void SurfacePatches::connectCavity(const Enclosed& cavity, double reach) {
+  for (unsigned octant = 0; octant < 8; ++octant) {
+    const auto signOf = [&](unsigned k) -> double { return octant >> k & 1 ? -1 : 1; };
+    const fcl::Vector3d along(signOf(0), 0.3127 * signOf(1), 0.1741 * signOf(2));
+    around_.clear();
+    if (!addWindings(cavity, WhichBody::First, along, reach) ||
+        !addWindings(cavity, WhichBody::Second, along, reach))
+      continue;
+    const unsigned around = rootAround(cavity.root);
+    if (around != kNoRegion) connect(cavity.root, around);
     return;
   }
-  const SurfaceWinding& winding = (*windings_)[indexOf(body)];
-  const unsigned label = winding.label(surface.corners(triangle)[0]);
-  const int number = winding.numberOf(label);
-  if (number == 0) return;
-  for (std::size_t k = 0; k < 3; ++k)
-    addHit(line, {labelElement(body, label), number, p[k], p[(k + 1) % 3]}, position);
 }
 
-/// Adds a hit if a piece of a part's boundary, seen along the line, crosses the half-line of
-/// positive u (v = 0). The sum of these hits is how often the boundary winds around the line, so
-/// how often the line crosses the part. A piece common to two triangles is treated equally in both.
-void SurfacePatches::addHit(const Line& line, const Piece& piece, double position) {
-  const fcl::Vector3d from = piece.from - line.origin, to = piece.to - line.origin;
+/// Adds how often the parts of a body's surface wind around a cavity's vertex. Where the line meets
+/// the vertex's own body, ties are broken as if the vertex were shifted. Returns false if it
+/// crosses parts of a triangle that is as near as the rounding of positions.
+bool SurfacePatches::addWindings(const Enclosed& cavity, WhichBody body, const fcl::Vector3d& along,
+                                 double reach) {
+  const ClosedSurface& surface = (*bodies_)[indexOf(body)];
+  const SurfaceWinding& winding = (*windings_)[indexOf(body)];
+  const WhichBody shifted = body == cavity.body ? WhichBody::First : cavity.body;
+  Line line{cavity.farthest, along.unitOrthogonal(), {}};
+  line.v = along.cross(line.u);
+  const fcl::Vector3d far = line.from + 4 * reach * along;
+  candidates_.clear();
+  surface.rays->find(line.from, along, candidates_);
+  for (const unsigned t : candidates_) {
+    const TrianglePoints<double> p = surface.triangle(t);
+    const int passage = passageThrough(p, line.from, far, shifted);
+    if (passage == 0) continue;
+    const unsigned label = winding.label(surface.corners(t)[0]);
+    if (const CutTriangle* const cut = cutTriangle(body, t)) {
+      if (areNear({line.from, line.from, line.from}, p, crossings_->rounding())) return false;
+      addWindings(line, *cut);
+    } else {
+      around_.push_back({rootOf(labelElement(body, label)), passage * winding.numberOf(label)});
+    }
+  }
+  return true;
+}
+
+/// Keeps a curve in a triangle if it goes around a hole.
+void SurfacePatches::addIfHole(std::size_t curve, WhichBody body, unsigned triangle) {
+  const TrianglePoints<double> p = (*bodies_)[indexOf(body)].triangle(triangle);
+  const fcl::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
+  const double area = signedArea(curves_[curve], body, normal);
+  if (area < 0) holes_.push_back({curve, body, triangle, area});
+}
+
+/// Connects a curve around a hole with the part of the triangle that has a point of the curve
+/// inside, leaving out the curve itself. Tries several points, as some may touch that part's
+/// boundary.
+void SurfacePatches::connectHole(const Hole& hole) {
+  constexpr std::size_t kPoints = 8;
+  const CrossingCurve& curve = curves_[hole.curve];
+  const TrianglePoints<double> p = (*bodies_)[indexOf(hole.body)].triangle(hole.triangle);
+  const CutTriangle& cut = *cutTriangle(hole.body, hole.triangle);
+  const auto pieceAt = [&](std::size_t i) -> Piece {
+    return pieceOf(hole.body, crossings_->segments()[curve_segments_[i]]);
+  };
+  for (std::size_t i = curve.begin; i < curve.end; i += 1 + (curve.end - curve.begin) / kPoints) {
+    const Line line = lineAcross(p, pieceAt(i).from);
+    around_.clear();
+    addWindings(line, cut);
+    for (std::size_t k = curve.begin; k < curve.end; ++k) addWinding(line, pieceAt(k), -1);
+    const unsigned around = rootAround(kNoRegion);
+    if (around != kNoRegion) return connect(curve.region, around);
+  }
+}
+
+/// Returns the line through a point of a triangle's plane, along the axis nearest to its normal.
+auto SurfacePatches::lineAcross(const TrianglePoints<double>& triangle, const fcl::Vector3d& x)
+    -> Line {
+  int axis;
+  (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).cwiseAbs().maxCoeff(&axis);
+  return {x, fcl::Vector3d::Unit((axis + 1) % 3), fcl::Vector3d::Unit((axis + 2) % 3)};
+}
+
+/// Adds how often the boundaries of a triangle's parts wind around a line.
+void SurfacePatches::addWindings(const Line& line, const CutTriangle& cut) {
+  for (std::size_t i = cut.begin; i < cut.end; ++i) addWinding(line, pieces_[i], 1);
+}
+
+/// Adds a piece of a part's boundary, `times` times, if it crosses the half-plane of positive u
+/// that ends at the line (v = 0). A piece common to two triangles is treated equally in both.
+void SurfacePatches::addWinding(const Line& line, const Piece& piece, int times) {
+  const fcl::Vector3d from = piece.from - line.from, to = piece.to - line.from;
   const double u0 = from.dot(line.u), v0 = from.dot(line.v), u1 = to.dot(line.u),
                v1 = to.dot(line.v);
   const double product = u0 * v1 - u1 * v0;
   if ((v0 > 0) == (v1 > 0) || !((v1 > v0 ? product : -product) > 0)) return;
-  hits_.push_back({position, rootOf(piece.element), v1 > v0 ? piece.count : -piece.count});
+  around_.push_back({rootOf(piece.element), v1 > v0 ? times * piece.count : -times * piece.count});
+}
+
+/// Returns a root other than `own` whose numbers in around_ do not add up to 0; kNoRegion if there
+/// is none.
+unsigned SurfacePatches::rootAround(unsigned own) {
+  std::sort(around_.begin(), around_.end(),
+            [](const Winding& a, const Winding& b) { return a.root < b.root; });
+  int number = 0;
+  for (std::size_t i = 0; i < around_.size(); ++i) {
+    if (i > 0 && around_[i].root != around_[i - 1].root) number = 0;
+    number += around_[i].number;
+    const bool is_last = i + 1 == around_.size() || around_[i + 1].root != around_[i].root;
+    if (is_last && number != 0 && around_[i].root != own) return around_[i].root;
+  }
+  return kNoRegion;
 }
 
 }  // namespace adaptive_bvh

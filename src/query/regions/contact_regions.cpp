@@ -45,8 +45,7 @@ struct RegionSums {
   fcl::Vector3d normal = fcl::Vector3d::Zero();
   /// The contribution of touching faces to the normal, which leaveOut has removed.
   fcl::Vector3d touching = fcl::Vector3d::Zero();
-  bool is_reversed = false;  ///< the triangles of exactly one body face inward
-  double depth = -1;         ///< -1: no point measured
+  double depth = -1;  ///< -1: no point measured
   fcl::Vector3d deepest = fcl::Vector3d::Zero();
 
   void add(const SurfacePart& part) {
@@ -72,21 +71,6 @@ struct RegionSums {
     } else if (side == first_sense) {
       normal -= second_sense * faces.area * faces.normal;
       touching += second_sense * faces.area * faces.normal;
-    }
-  }
-  /// Whether the volume or an area is negative, as for a body that faces inward.
-  bool isNegative() const { return volume < 0 || areas[0] < 0 || areas[1] < 0; }
-  /// Corrects the signs for bodies that face inward. `senses`: by body, -1 if it does, else 1.
-  void faceOutward(const std::array<double, 2>& senses) {
-    is_reversed = senses[0] * senses[1] < 0;
-    if (is_reversed) {
-      volume = -volume;
-      normal = -normal;
-      touching = -touching;
-    }
-    for (std::size_t k = 0; k < 2; ++k) {
-      areas[k] *= senses[1 - k];
-      moments[k] *= senses[1 - k];
     }
   }
   /// Finishes the sums, after all parts. A region as thin as the rounding error consists of
@@ -149,31 +133,6 @@ class RegionDepth {
   fcl::Vector3d last_point_ = fcl::Vector3d::Zero();
 };
 
-/// RayCandidates by the tree of a mesh.
-class MeshRays final : public RayCandidates {
- public:
-  /// `to_first`: maps points of the mesh to the first body's frame. Rays are in that frame,
-  /// multiplied by `scale`. `rounding`: error of points in that frame, before the multiplication.
-  MeshRays(const MeshState& mesh, const RelativePlacement& to_first, double scale, double rounding)
-      : to_first_(to_first),
-        to_mesh_(to_first.R.inverse()),
-        scale_(scale),
-        rounding_(rounding),
-        rays_(mesh) {}
-
-  void find(const fcl::Vector3d& origin, const fcl::Vector3d& direction,
-            std::vector<unsigned>& triangles) override {
-    rays_.forEachNear(to_mesh_ * (origin * (1 / scale_) - to_first_.T), to_mesh_ * direction,
-                      rounding_, [&](int t) { triangles.push_back(static_cast<unsigned>(t)); });
-  }
-
- private:
-  const RelativePlacement to_first_;
-  const fcl::Matrix3d to_mesh_;  ///< rotation
-  const double scale_, rounding_;
-  RayWalk rays_;
-};
-
 /// Memory of a query, kept for the next one on its thread.
 struct RegionMemory {
   ClosedSurfaces bodies;
@@ -213,12 +172,15 @@ double extentOf(const PlacedMesh& body) {
   return static_cast<double>(box.min_.cwiseAbs().cwiseMax(box.max_.cwiseAbs()).maxCoeff());
 }
 
-/// Returns the exponent of a power of two that brings small coordinates to about 1, so that their
-/// products do not underflow; 0 for other coordinates.
-int enlargementOf(double extent) {
-  constexpr double kSmall = 0x1p-100;
-  constexpr int kMost = 1000;
-  return extent > 0 && extent < kSmall ? std::min(-std::ilogb(extent), kMost) : 0;
+/// Whether a surface encloses a negative volume.
+bool facesInward(const ClosedSurface& surface) {
+  const fcl::Vector3d& origin = surface.points[0];
+  double volume = 0;
+  for (unsigned t = 0; t < surface.numTriangles(); ++t) {
+    const TrianglePoints<double> p = surface.triangle(t);
+    volume += (p[0] - origin).dot((p[1] - origin).cross(p[2] - origin));
+  }
+  return volume < 0;
 }
 
 /// Sets a surface to the mesh in the first body's frame, multiplied by `scale`.
@@ -229,6 +191,8 @@ void placeSurface(const MeshState& mesh, const RelativePlacement& to_first, doub
   const fcl::Vector3d shift = scale * to_first.T;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     surface.points[v] = to_first.R * (scale * mesh.vertices[v]) + shift;
+  surface.faces_inward = false;
+  surface.faces_inward = facesInward(surface);
 }
 
 /// Finds the crossings, the winding numbers and the parts of both surfaces. `epsilon`: of the
@@ -241,7 +205,7 @@ void findPatches(const PlacedMesh& first, const PlacedMesh& second,
   const double shift = to_first.T.cwiseAbs().maxCoeff(),
                extent = std::max(extentOf(first), extentOf(second)) + shift,
                in_world = extent + double(first.tf.translation().cwiseAbs().maxCoeff());
-  memory.exponent = enlargementOf(extent);
+  memory.exponent = std::ilogb(rounding::enlargement(extent));
   placeSurface(first.mesh, RelativePlacement(), memory.scale(), memory.bodies[0]);
   placeSurface(second.mesh, to_first, memory.scale(), memory.bodies[1]);
   constexpr double kUnits = 16;  // rounding error of a position, in `epsilon`
@@ -291,32 +255,11 @@ void findDepths(WhichBody body, const MeshState& other, const RelativePlacement&
   }
 }
 
-/// Returns -1 for a surface that encloses a negative volume, else 1.
-double senseOf(const ClosedSurface& surface) {
-  const fcl::Vector3d& origin = surface.points[0];
-  double volume = 0;
-  for (unsigned t = 0; t < surface.numTriangles(); ++t) {
-    const TrianglePoints<double> p = surface.triangle(t);
-    volume += (p[0] - origin).dot((p[1] - origin).cross(p[2] - origin));
-  }
-  return volume < 0 ? -1 : 1;
-}
-
-/// Corrects the signs of all regions if a body faces inward.
-void faceOutward(RegionMemory& memory) {
-  if (std::none_of(memory.sums.begin(), memory.sums.end(),
-                   [](const RegionSums& sums) { return sums.isNegative(); }))
-    return;
-  const std::array<double, 2> senses = {senseOf(memory.bodies[0]), senseOf(memory.bodies[1])};
-  for (RegionSums& sums : memory.sums) sums.faceOutward(senses);
-}
-
 /// Sets the sums of all regions from the patches, and the depths.
 void sumRegions(const PlacedMesh& first, const PlacedMesh& second, RegionMemory& memory) {
   memory.sums.assign(memory.patches.numRegions(), RegionSums());
   for (const SurfacePart& part : memory.patches.parts()) memory.sums[part.region].add(part);
   for (const CoincidingFaces& faces : memory.coinciding) memory.sums[faces.region].leaveOut(faces);
-  faceOutward(memory);
   for (RegionSums& sums : memory.sums) sums.finish(memory.rounding);
   if (memory.sums.empty()) return;
   findDepths(WhichBody::First, second.mesh, RelativePlacement(second.tf, first.tf), memory);
@@ -396,14 +339,9 @@ class RegionWriter {
     result_.curve_regions.clear();
     result_.curve_begins.assign(1, 0);
     for (const CrossingCurve& curve : curves) {
-      const bool is_reversed = memory_.sums[curve.region].is_reversed;
       for (std::size_t i = curve.begin; i < curve.end; ++i) {
-        // A reversed curve begins with the same segment.
-        const std::size_t index = is_reversed && i > curve.begin ? curve.begin + curve.end - i : i;
-        const CrossingSegment& s =
-            memory_.crossings.segments()[memory_.patches.curveSegments()[index]];
-        const unsigned node = is_reversed ? s.end : s.start;
-        result_.curve_points.push_back(toWorld(memory_.crossings.nodes()[node].position));
+        const CrossingSegment& s = memory_.crossings.segments()[memory_.patches.curveSegments()[i]];
+        result_.curve_points.push_back(toWorld(memory_.crossings.nodes()[s.start].position));
         result_.curve_first.push_back(s.first);
         result_.curve_second.push_back(s.second);
       }

@@ -46,16 +46,6 @@ double crossingParameter(const TrianglePoints<double>& face, const fcl::Vector3d
   return above.value() / whole.value();
 }
 
-/// Whether points are nearer than `limit` to a face's plane; false for a face without area.
-bool isNear(const TrianglePoints<double>& points, const TrianglePoints<double>& face,
-            double limit) {
-  const fcl::Vector3d normal = (face[1] - face[0]).cross(face[2] - face[0]);
-  const double least = limit * normal.norm();
-  return std::all_of(points.begin(), points.end(), [&](const fcl::Vector3d& x) {
-    return std::fabs(normal.dot(x - face[0])) < least;
-  });
-}
-
 /// Returns the point at t on the segment from a (t = 0) to b (t = 1), computed from the nearer end.
 fcl::Vector3d between(const fcl::Vector3d& a, const fcl::Vector3d& b, double t) {
   if (t > 0.5) return b + (1 - t) * (a - b);
@@ -63,6 +53,15 @@ fcl::Vector3d between(const fcl::Vector3d& a, const fcl::Vector3d& b, double t) 
 }
 
 }  // namespace
+
+bool areNear(const TrianglePoints<double>& points, const TrianglePoints<double>& face,
+             double limit) {
+  const fcl::Vector3d normal = (face[1] - face[0]).cross(face[2] - face[0]);
+  const double least = limit * normal.norm();
+  return std::all_of(points.begin(), points.end(), [&](const fcl::Vector3d& x) {
+    return std::fabs(normal.dot(x - face[0])) < least;
+  });
+}
 
 void SurfaceCrossings::build(const ClosedSurfaces& bodies, std::vector<TrianglePair>& pairs,
                              double rounding) {
@@ -103,7 +102,7 @@ void SurfaceCrossings::keepIfCoplanar(const TrianglePair& pair, const TrianglePo
   // Nearly all pairs return here.
   const double most = (q[1] - q[0]).lpNorm<1>() * (q[2] - q[0]).lpNorm<1>();
   if (!(std::fabs(sides[0].value) <= rounding_ * most)) return;
-  if (isNear(p, q, rounding_) && isNear(q, p, rounding_))
+  if (areNear(p, q, rounding_) && areNear(q, p, rounding_))
     coplanar_.push_back({pair.first, pair.second, sides});
 }
 
@@ -260,26 +259,18 @@ void SurfaceWinding::connectLabels(WhichBody body, const SurfaceCrossings& cross
   }
 }
 
-SurfaceWinding::Box SurfaceWinding::boxAround(const ClosedSurface& surface) {
-  Box box{surface.points[0], surface.points[0]};
-  for (const fcl::Vector3d& p : surface.points) {
-    box.low = box.low.cwiseMin(p);
-    box.high = box.high.cwiseMax(p);
-  }
-  return box;
-}
-
 /// Sets the number of each label. A vertex outside of the other body's box has the number 0. If a
 /// root is connected with no such vertex, its number is counted along a ray.
 void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, WhichBody body) {
   const ClosedSurface &surface = bodies[indexOf(body)], &other = bodies[indexOf(otherOf(body))];
-  const Box box = boxAround(other);
+  fcl::AABBd box;
+  for (const fcl::Vector3d& p : other.points) box += p;
   numbers_.assign(first_vertices_.size(), 0);
   is_known_.assign(first_vertices_.size(), 0);
   for (unsigned v = 0; v < labels_.size(); ++v) {
     if (labels_[v] == kNoLabel) continue;
     const fcl::Vector3d& p = surface.points[v];
-    if (!(p.array() < box.low.array()).any() && !(p.array() > box.high.array()).any()) continue;
+    if (box.contain(p)) continue;
     const unsigned root = rootOf(labels_[v]);
     if (is_known_[root]) continue;
     is_known_[root] = 1;
@@ -297,18 +288,15 @@ void SurfaceWinding::setNumbers(const ClosedSurfaces& bodies, WhichBody body) {
 /// Returns the winding number of another body at a point: sums the signs of its crossings with a
 /// ray along x, treated as an edge of the point's body that ends beyond the box.
 int SurfaceWinding::countAround(const fcl::Vector3d& point, WhichBody body,
-                                const ClosedSurface& other, const Box& box) {
-  const double size = std::max(box.low.cwiseAbs().maxCoeff(), box.high.cwiseAbs().maxCoeff());
+                                const ClosedSurface& other, const fcl::AABBd& box) {
+  const double size = std::max(box.min_.cwiseAbs().maxCoeff(), box.max_.cwiseAbs().maxCoeff());
   fcl::Vector3d far = point;
-  far[0] = box.high[0] + std::max(size, 1.);
+  far[0] = box.max_[0] + std::max(size, 1.);
   candidates_.clear();
   other.rays->find(point, fcl::Vector3d::UnitX(), candidates_);
   int number = 0;
-  for (const unsigned t : candidates_) {
-    const TrianglePoints<double> face = other.triangle(t);
-    const int from = sideOfFace(face, point, body).sign, to = sideOfFace(face, far, body).sign;
-    if (from * to < 0 && passesWithin(point, far, face, body)) number += from;
-  }
+  for (const unsigned t : candidates_)
+    number += passageThrough(other.triangle(t), point, far, body);
   return number;
 }
 

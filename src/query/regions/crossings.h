@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "deformable/mesh_state.h"
+#include "query/points/ray_search.h"
 #include "query/tree_pair.h"
 #include "triangles/orientation.h"
 #include "triangles/triangle_contact.h"
@@ -84,29 +85,58 @@ inline bool passesWithin(const fcl::Vector3d& p, const fcl::Vector3d& q,
          side == passingSide(p, q, face[2], face[0], body);
 }
 
-/// Interface to the tree of a mesh: finds the triangles that a ray may meet.
-class RayCandidates {
- public:
-  /// Appends their indices to `triangles`. The ray is in the coordinates of ClosedSurface.
-  virtual void find(const fcl::Vector3d& origin, const fcl::Vector3d& direction,
-                    std::vector<unsigned>& triangles) = 0;
+/// Returns 1 if an edge leaves the other body through one of its faces, -1 if it enters it, 0 if it
+/// does not cross the face. `body`: to which the edge belongs.
+inline int passageThrough(const TrianglePoints<double>& face, const fcl::Vector3d& p,
+                          const fcl::Vector3d& q, WhichBody body) {
+  const int at_p = sideOfFace(face, p, body).sign, at_q = sideOfFace(face, q, body).sign;
+  return at_p * at_q < 0 && passesWithin(p, q, face, body) ? at_p : 0;
+}
 
- protected:
-  ~RayCandidates() = default;
+/// Whether points are nearer than `limit` to a face's plane; false for a face without area.
+bool areNear(const TrianglePoints<double>& points, const TrianglePoints<double>& face,
+             double limit);
+
+/// Finds the triangles of a mesh that a ray may meet, by its tree.
+class MeshRays {
+ public:
+  /// `to_first`: maps points of the mesh to the first body's frame. Rays are in that frame,
+  /// multiplied by `scale`. `rounding`: error of points in that frame, before the multiplication.
+  MeshRays(const MeshState& mesh, const RelativePlacement& to_first, double scale, double rounding)
+      : to_first_(to_first),
+        to_mesh_(to_first.R.inverse()),
+        scale_(scale),
+        rounding_(rounding),
+        rays_(mesh) {}
+
+  /// Appends their indices to `triangles`.
+  void find(const fcl::Vector3d& origin, const fcl::Vector3d& direction,
+            std::vector<unsigned>& triangles) {
+    rays_.forEachNear(to_mesh_ * (origin * (1 / scale_) - to_first_.T), to_mesh_ * direction,
+                      rounding_, [&](int t) { triangles.push_back(static_cast<unsigned>(t)); });
+  }
+
+ private:
+  const RelativePlacement to_first_;
+  const fcl::Matrix3d to_mesh_;  ///< rotation
+  const double scale_, rounding_;
+  RayWalk rays_;
 };
 
 /// A closed mesh, with its vertices in the frame of the first body, multiplied by a power of two
 /// where products of coordinates would underflow.
 struct ClosedSurface {
   const MeshTopology* topology = nullptr;
-  RayCandidates* rays = nullptr;      ///< of this mesh
+  MeshRays* rays = nullptr;           ///< of this mesh
   std::vector<fcl::Vector3d> points;  ///< by vertex
+  bool faces_inward = false;          ///< whether the mesh's triangles do; those below never do
 
   unsigned numTriangles() const { return static_cast<unsigned>(topology->triangles.size()); }
   VertexIndices corners(unsigned triangle) const {
     MeshView<double> view;
     view.triangles = topology->triangles.data();
-    return view.verticesOf(triangle);
+    const VertexIndices v = view.verticesOf(triangle);
+    return faces_inward ? VertexIndices{v[0], v[2], v[1]} : v;
   }
   TrianglePoints<double> triangle(unsigned triangle) const {
     const VertexIndices v = corners(triangle);
@@ -212,10 +242,6 @@ class SurfaceWinding {
   int numberOf(unsigned label) const { return numbers_[label]; }
 
  private:
-  struct Box {
-    fcl::Vector3d low, high;
-  };
-
   void labelVertices(const ClosedSurface& surface, WhichBody body,
                      const SurfaceCrossings& crossings);
   void flood(unsigned from, const ClosedSurface& surface, WhichBody body,
@@ -223,8 +249,7 @@ class SurfaceWinding {
   void connectLabels(WhichBody body, const SurfaceCrossings& crossings);
   void setNumbers(const ClosedSurfaces& bodies, WhichBody body);
   int countAround(const fcl::Vector3d& point, WhichBody body, const ClosedSurface& other,
-                  const Box& box);
-  static Box boxAround(const ClosedSurface& surface);
+                  const fcl::AABBd& box);
   unsigned rootOf(unsigned label);
 
   std::vector<unsigned> labels_;          ///< by vertex

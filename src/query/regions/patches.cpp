@@ -28,7 +28,6 @@ void SurfacePatches::build(const ClosedSurfaces& bodies, const SurfaceCrossings&
   last_part_.assign(parents_.size(), 0);
   collectParts(WhichBody::First);
   collectParts(WhichBody::Second);
-  findOrientations();
   connectHoles();
   connectCavities();
   numberRegions();
@@ -46,11 +45,17 @@ void SurfacePatches::connect(unsigned a, unsigned b) {
   parents_[std::max(a, b)] = std::min(a, b);
 }
 
-unsigned SurfacePatches::regionOf(WhichBody body, unsigned vertex) const {
+/// The root of a vertex inside the other body; kNoRegion for other vertices.
+unsigned SurfacePatches::rootOfVertex(WhichBody body, unsigned vertex) const {
   const SurfaceWinding& winding = (*windings_)[indexOf(body)];
   const unsigned label = winding.label(vertex);
   if (label == SurfaceWinding::kNoLabel || winding.numberOf(label) == 0) return kNoRegion;
-  return numbers_[rootOf(labelElement(body, label))];
+  return rootOf(labelElement(body, label));
+}
+
+unsigned SurfacePatches::regionOf(WhichBody body, unsigned vertex) const {
+  const unsigned root = rootOfVertex(body, vertex);
+  return root == kNoRegion ? kNoRegion : numbers_[root];
 }
 
 /// Collects the pieces of all triangles of a body that cross the other body.
@@ -70,7 +75,7 @@ void SurfacePatches::cutTriangles(WhichBody body) {
     const std::size_t begin = pieces_.size();
     addEdges(body, triangle);
     for (; i < order_.size() && triangleOf(order_[i]) == triangle; ++i)
-      addSegment(body, segments[order_[i]]);
+      pieces_.push_back(pieceOf(body, segments[order_[i]]));
     cuts_.push_back({body, triangle, begin, pieces_.size()});
   }
 }
@@ -104,16 +109,14 @@ void SurfacePatches::addEdges(WhichBody body, unsigned triangle) {
   }
 }
 
-/// Adds a segment as a piece of one of its triangles. For the second body the inside is on the
+/// Returns a segment as a piece of one of its triangles. For the second body the inside is on the
 /// other side, so the direction is reversed.
-void SurfacePatches::addSegment(WhichBody body, const CrossingSegment& segment) {
+auto SurfacePatches::pieceOf(WhichBody body, const CrossingSegment& segment) const -> Piece {
   const fcl::Vector3d &start = crossings_->nodes()[segment.start].position,
                       &end = crossings_->nodes()[segment.end].position;
   const unsigned element = nodeElement(segment.start);
-  if (body == WhichBody::First)
-    pieces_.push_back({element, 1, start, end});
-  else
-    pieces_.push_back({element, 1, end, start});
+  if (body == WhichBody::First) return {element, 1, start, end};
+  return {element, 1, end, start};
 }
 
 /// Traces the curves, ordered by their smallest segment. At each node as many segments start as
@@ -147,19 +150,26 @@ void SurfacePatches::traceCurves() {
 }
 
 /// Connects the curves around holes with their parts. Only a curve that lies in one triangle can go
-/// around a hole of a part without a common point with the rest of the part's boundary.
+/// around a hole of a part without a common point with the rest of the part's boundary. Larger
+/// holes come first: see connectCavities.
 void SurfacePatches::connectHoles() {
   const auto& segments = crossings_->segments();
-  for (const CrossingCurve& curve : curves_) {
+  holes_.clear();
+  for (std::size_t c = 0; c < curves_.size(); ++c) {
+    const CrossingCurve& curve = curves_[c];
     const CrossingSegment& s = segments[curve_segments_[curve.begin]];
     bool is_in_first = true, is_in_second = true;
     for (std::size_t i = curve.begin; i < curve.end; ++i) {
       is_in_first = is_in_first && segments[curve_segments_[i]].first == s.first;
       is_in_second = is_in_second && segments[curve_segments_[i]].second == s.second;
     }
-    if (is_in_first) connectHole(curve, WhichBody::First, s.first);
-    if (is_in_second) connectHole(curve, WhichBody::Second, s.second);
+    if (is_in_first) addIfHole(c, WhichBody::First, s.first);
+    if (is_in_second) addIfHole(c, WhichBody::Second, s.second);
   }
+  std::sort(holes_.begin(), holes_.end(), [](const Hole& a, const Hole& b) {
+    return std::make_tuple(a.area, a.curve, a.body) < std::make_tuple(b.area, b.curve, b.body);
+  });
+  for (const Hole& hole : holes_) connectHole(hole);
 }
 
 /// Returns the area that a curve encloses in a body's triangle; positive if the part is inside the
@@ -186,96 +196,14 @@ auto SurfacePatches::cutTriangle(WhichBody body, unsigned triangle) const -> con
   return cut != cuts_.end() && keyOf(*cut) == key ? &*cut : nullptr;
 }
 
-/// Finds for each body whether the other one faces inward. If so, the other body's winding number
-/// is negative, and so are the areas of the parts.
-void SurfacePatches::findOrientations() {
-  std::array<double, 2> areas{};
-  for (const SurfacePart& part : parts_) areas[indexOf(part.body)] += part.area;
-  for (std::size_t k = 0; k < 2; ++k) orientations_[k] = areas[k] < 0 ? -1 : 1;
-}
-
-/// Connects a curve around a hole with the boundary of the part that has the hole.
-void SurfacePatches::connectHole(const CrossingCurve& curve, WhichBody body, unsigned triangle) {
-  const TrianglePoints<double> p = (*bodies_)[indexOf(body)].triangle(triangle);
-  const fcl::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
-  if (!(orientations_[indexOf(body)] * signedArea(curve, body, normal) < 0)) return;
-  fcl::Vector3d low = fcl::Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
-  for (std::size_t i = curve.begin; i < curve.end; ++i) {
-    const CrossingSegment& s = crossings_->segments()[curve_segments_[i]];
-    const fcl::Vector3d& x = crossings_->nodes()[s.start].position;
-    low = low.cwiseMin(x);
-    high = high.cwiseMax(x);
-  }
-  findHits(*cutTriangle(body, triangle), normal, low + 0.5 * (high - low));
-  const unsigned around = rootAround(rootOf(curve.region));
-  if (around != kNoRegion) connect(curve.region, around);
-}
-
-/// Sets hits_ to where a line through the point x of a triangle's plane crosses the boundaries of
-/// the triangle's parts. The plane is projected along the axis nearest to its normal, onto the axes
-/// i and j; there the line is parallel to axis i. Positions are relative to x.
-void SurfacePatches::findHits(const CutTriangle& cut, const fcl::Vector3d& normal,
-                              const fcl::Vector3d& x) {
-  int axis;
-  normal.cwiseAbs().maxCoeff(&axis);
-  const int i = (axis + 1) % 3, j = (axis + 2) % 3;
-  hits_.clear();
-  for (std::size_t k = cut.begin; k < cut.end; ++k) {
-    const fcl::Vector3d &from = pieces_[k].from, &to = pieces_[k].to;
-    // Each end is on one side of the line, the same for all pieces with that end.
-    if ((from[j] > x[j]) == (to[j] > x[j])) continue;
-    const double position =
-        from[i] - x[i] + (to[i] - from[i]) * ((x[j] - from[j]) / (to[j] - from[j]));
-    hits_.push_back({position, rootOf(pieces_[k].element),
-                     to[j] > from[j] ? pieces_[k].count : -pieces_[k].count});
-  }
-}
-
-/// Finds the longest interval of the line inside a hole or cavity that the root `own` bounds: `own`
-/// has a winding number there, but the sum over all roots is 0. Returns the root of the part or
-/// region around that interval; `own` if there is none; kNoRegion if the line misses the hole.
-unsigned SurfacePatches::rootAround(unsigned own) {
-  std::sort(hits_.begin(), hits_.end(),
-            [](const LineHit& a, const LineHit& b) { return a.position < b.position; });
-  int number = 0, own_number = 0;  // winding numbers after hit i: of all roots, and of `own`
-  int hole_number = 0;             // that of `own` in the interval
-  double longest = 0;
-  std::size_t next = 0;  // the first hit after that interval
-  for (std::size_t i = 0; i + 1 < hits_.size(); ++i) {
-    number += hits_[i].count;
-    if (hits_[i].root == own) own_number += hits_[i].count;
-    const double length = hits_[i + 1].position - hits_[i].position;
-    if (number != 0 || own_number == 0 || !(length > longest)) continue;
-    longest = length;
-    next = i + 1;
-    hole_number = own_number;
-  }
-  if (hole_number == 0) return kNoRegion;
-  const unsigned around = rootFrom(next, -hole_number);
-  return around == kNoRegion ? own : around;
-}
-
-/// Among the roots with a winding number on the line just before hit `first`, returns the one that
-/// the line crosses first from there on. `sense`: required sign of that number; 0 for either.
-unsigned SurfacePatches::rootFrom(std::size_t first, int sense) const {
-  for (std::size_t i = first; i < hits_.size(); ++i) {
-    int number = 0;  // before hit `first`; it is 0 at the end of the line
-    for (std::size_t k = first; k < hits_.size(); ++k)
-      if (hits_[k].root == hits_[i].root) number -= hits_[k].count;
-    if (sense == 0 ? number != 0 : number * sense > 0) return hits_[i].root;
-  }
-  return kNoRegion;
-}
-
 unsigned SurfacePatches::regionAt(WhichBody body, unsigned triangle, const fcl::Vector3d& x) {
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   const CutTriangle* const cut = cutTriangle(body, triangle);
   if (!cut) return regionOf(body, surface.corners(triangle)[0]);
   const TrianglePoints<double> p = surface.triangle(triangle);
-  findHits(*cut, (p[1] - p[0]).cross(p[2] - p[0]), x);
-  const auto is_behind = [](const LineHit& hit) { return hit.position <= 0; };
-  hits_.erase(std::remove_if(hits_.begin(), hits_.end(), is_behind), hits_.end());
-  const unsigned root = rootFrom(0, 0);
+  around_.clear();
+  addWindings(lineAcross(p, x), *cut);
+  const unsigned root = rootAround(kNoRegion);
   return root == kNoRegion ? kNoRegion : numbers_[root];
 }
 

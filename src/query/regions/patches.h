@@ -86,22 +86,31 @@ class SurfacePatches {
     unsigned triangle;
     std::size_t begin, end;
   };
+  /// A curve that lies in one triangle and goes around a hole of a part of it.
+  struct Hole {
+    std::size_t curve;  ///< index in curves_
+    WhichBody body;
+    unsigned triangle;
+    double area;  ///< negative
+  };
   /// The volume that the parts of one root enclose, and their area, to find cavities.
   struct Enclosed {
     unsigned root;
     double volume, area;
-    fcl::Vector3d origin;  ///< a point of a part; volumes are summed relative to it
-    std::size_t largest;   ///< the part with the largest area
+    fcl::Vector3d origin;     ///< a point of a part; volumes are summed relative to it
+    bool has_vertex = false;  ///< a part has a vertex inside the other body
+    // The farthest of these along x, and the body to which it belongs.
+    WhichBody body = WhichBody::First;
+    fcl::Vector3d farthest = fcl::Vector3d::Zero();
   };
-  /// Where a line crosses the boundary of a part (in its triangle's plane), or a part (in space).
-  struct LineHit {
-    double position;  ///< along the line
-    unsigned root;    ///< of the part
-    int count;        ///< change of the winding number along the line
+  /// How often a root's surface winds around a point, or a part of the number.
+  struct Winding {
+    unsigned root;
+    int number;
   };
-  /// A line in space, and two directions across it.
+  /// A line from a point, and two directions across it.
   struct Line {
-    fcl::Vector3d origin, along, u, v;
+    fcl::Vector3d from, u, v;
   };
 
   // Elements: the labels of the first body, those of the second, then the nodes.
@@ -110,18 +119,17 @@ class SurfacePatches {
     return body == WhichBody::First ? label : first_labels_ + label;
   }
   unsigned rootOf(unsigned element) const;
+  unsigned rootOfVertex(WhichBody body, unsigned vertex) const;
   void connect(unsigned a, unsigned b);
 
   void cutTriangles(WhichBody body);
   void addEdges(WhichBody body, unsigned triangle);
-  void addSegment(WhichBody body, const CrossingSegment& segment);
+  Piece pieceOf(WhichBody body, const CrossingSegment& segment) const;
   void traceCurves();
   void connectHoles();
-  void connectHole(const CrossingCurve& curve, WhichBody body, unsigned triangle);
-  void findOrientations();
-  void findHits(const CutTriangle& cut, const fcl::Vector3d& normal, const fcl::Vector3d& x);
-  unsigned rootAround(unsigned own);
-  unsigned rootFrom(std::size_t first, int sense) const;
+  void addIfHole(std::size_t curve, WhichBody body, unsigned triangle);
+  void connectHole(const Hole& hole);
+  static Line lineAcross(const TrianglePoints<double>& triangle, const fcl::Vector3d& x);
   double signedArea(const CrossingCurve& curve, WhichBody body, const fcl::Vector3d& normal) const;
   const CutTriangle* cutTriangle(WhichBody body, unsigned triangle) const;
   void collectParts(WhichBody body);
@@ -131,9 +139,13 @@ class SurfacePatches {
                       const fcl::Vector3d& normal);
   void connectCavities();
   void measureRoots();
-  bool connectCavity(unsigned root, const SurfacePart& part);
-  void addHits(const Line& line, WhichBody body, unsigned triangle);
-  void addHit(const Line& line, const Piece& piece, double position);
+  double findFarthestVertices();
+  void connectCavity(const Enclosed& cavity, double reach);
+  bool addWindings(const Enclosed& cavity, WhichBody body, const fcl::Vector3d& along,
+                   double reach);
+  void addWindings(const Line& line, const CutTriangle& cut);
+  void addWinding(const Line& line, const Piece& piece, int times);
+  unsigned rootAround(unsigned own);
   void mergeParts();
   void numberRegions();
 
@@ -151,9 +163,9 @@ class SurfacePatches {
   std::vector<CrossingCurve> curves_;
   std::vector<unsigned> curve_segments_;
   std::vector<SurfacePart> parts_;
-  std::array<double, 2> orientations_{};  ///< by body: -1 if the other body faces inward, else 1
+  std::vector<Hole> holes_;
   std::vector<Enclosed> enclosed_;
-  std::vector<LineHit> hits_;
+  std::vector<Winding> around_;       ///< of surfaces around a point
   std::vector<unsigned> candidates_;  ///< triangles that a line may meet
   /// By root: an index of enclosed_ in connectCavities; then of keys_, at last the region's number.
   std::vector<unsigned> numbers_;

@@ -16,9 +16,8 @@ namespace adaptive_bvh {
 /// Passes all near pairs of triangles to the sink, on the meshes' query threads.
 template <typename Frame, typename Sink>
 void collect(const PairInput& input, const Frame& frame, Sink& sink) {
-  searchAll<WithinTests<Frame, Sink>>(
-      std::max(input.first.mesh.query_threads, input.second.mesh.query_threads), input.trees(frame),
-      sink, input, frame);
+  searchAll<WithinTests<Frame, Sink>>(queryThreads(input.first.mesh, input.second.mesh),
+                                      input.trees(frame), sink, input, frame);
 }
 
 /// Collects the near pairs of two meshes in the sink that makeSink(input) returns. `moved`: the

@@ -175,7 +175,7 @@ void findFeatureDetails(const PlacedMesh& first, const MeshState& second,
                         FeaturePairDetails<double>& result) {
   requireFeatures(pairs, first.mesh, second);
   const MeshFeatures a(first.mesh, RelativePlacement()), b(second, to_first);
-  const int threads = std::max(first.mesh.query_threads, second.query_threads);
+  const int threads = queryThreads(first.mesh, second);
   writeDetails(
       threads, first.tf, pairs.vertex_face,
       [&](const FeaturePair& p) { return vertexFaceDetail(a.point(p.first), b, p.second); },

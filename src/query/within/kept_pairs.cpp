@@ -114,7 +114,7 @@ void KeptPairs::merge(const KeptMeshes& meshes, std::vector<FeaturePair>& found,
 void KeptPairs::test(const KeptMeshes& meshes, const KeptRequest& request, bool takes_all) {
   constexpr std::size_t kFewCandidates = 4096;  // one thread is faster
   CandidateRows& rows = candidates();
-  const int threads = std::max(meshes.first.mesh.query_threads, meshes.second.mesh.query_threads);
+  const int threads = queryThreads(meshes.first.mesh, meshes.second.mesh);
   const TaskPool pool(rows.size() > kFewCandidates ? threads : 1);
   const auto parts = static_cast<std::size_t>(pool.parts());
   if (changes_.size() < parts) changes_.resize(parts);

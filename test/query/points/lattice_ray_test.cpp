@@ -8,6 +8,7 @@
 
 #include "adaptive_bvh/point_query.h"
 #include "support/long_mode.h"
+#include "support/quad_geometry.h"
 #include "support/random_geometry.h"
 #include "support/test_mesh.h"
 
@@ -291,6 +292,31 @@ TYPED_TEST(LatticeRays, MeetWhatIntegersSay) {
   }
   std::printf("%ld rays, %ld hits, %ld ranges\n", this->rays_, this->hits_, this->ranges_);
   EXPECT_GT(this->hits_, this->rays_ / 6);
+}
+
+/// At angles from 0.1 down to 1e-12, where the ray's depth is a quotient of small numbers.
+TEST(GrazingRays, HaveTheRightT) {
+  RandomGeometry<double> random(15);
+  int hits = 0;
+  double worst = 0;
+  for (int step = 0; step < manySteps(3000); ++step) {
+    const fcl::Vector3d a = random.point(), b = random.point(), c = random.point(),
+                        target = (a + b + c) / 3, normal = (b - a).cross(c - a).normalized(),
+                        along = (b - a).normalized() + random.uniform() * (c - a).normalized(),
+                        direction = along.normalized() + random.size(-12, -1) * normal,
+                        origin = target - random.size(-1, 1) * direction;
+    const adaptive_bvh::DeformableMesh<double> mesh({a, b, c}, {{0, 1, 2}});
+    const RayHit<double> hit = adaptive_bvh::firstHit(mesh, origin, direction);
+    if (hit.triangle < 0) continue;
+    ++hits;
+    const quad::Point exact = quad::cross(quad::of(b) - quad::of(a), quad::of(c) - quad::of(a));
+    const quad::Real t =
+        quad::dot(exact, quad::of(a) - quad::of(origin)) / quad::dot(exact, quad::of(direction));
+    const double error = std::fabs(static_cast<double>(t - hit.t));
+    worst = std::max(worst, error / (3 * (hit.t + (target - origin).norm() + 2)));
+  }
+  EXPECT_GT(hits, manySteps(1000));
+  EXPECT_LT(worst, 0x1p-30);
 }
 
 }  // namespace lattice_ray_test

@@ -511,6 +511,33 @@ TYPED_TEST(SurfaceQuery, OpenEdgesOfManyTrianglesAtOneEdgeTakeLinearTime) {
   EXPECT_LT(leastTime(8000), 30 * leastTime(1000));
 }
 
+/// Sixteenths of edges between whole numbers are exact, and so is the point's place there.
+TYPED_TEST(SurfaceQuery, PointsOnEdgesAreOnEdges) {
+  using S = TypeParam;
+  RandomGeometry<S> random(6);
+  const auto whole = [&] {
+    return Vector3<S>(S(random.below(99)), S(random.below(99)), S(random.below(99)));
+  };
+  std::vector<ClosestFeature<S>> found;
+  for (int step = 0; step < manySteps(2000); ++step) {
+    TriangleMesh<S> mesh;
+    for (int i = 0; i < 3; ++i) mesh.vertices.push_back(16 * whole());
+    mesh.triangles = {{0, 1, 2}};
+    const Vector3<S>&a = mesh.vertices[0], &b = mesh.vertices[1], &c = mesh.vertices[2];
+    if ((b - a).cross(c - a).isZero()) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vector3<S> from = mesh.vertices[k], to = mesh.vertices[(k + 1) % 3];
+      const std::vector<Vector3<S>> point = {from +
+                                             S(1 + random.below(15)) * ((to - from) / S(16))};
+      closestFeatures(typename TestFixture::Model(mesh), point, S(1), found);
+      ASSERT_EQ(SurfaceFeature::Edge, found[0].feature) << step;
+      EXPECT_EQ(k, found[0].number);
+      EXPECT_EQ(0, found[0].barycentric[int((k + 2) % 3)]);
+      EXPECT_NEAR(1, double(found[0].barycentric.sum()), 1e-15);
+    }
+  }
+}
+
 TYPED_TEST(SurfaceQuery, RefusesWhatItCannotAnswer) {
   using S = TypeParam;
   const typename TestFixture::Model open(plate<S>(2, 2)), closed(latticeBox<S>(1));

@@ -257,6 +257,60 @@ TYPED_TEST(CoincidingRegions, DoNotDependOnOrientation) {
   }
 }
 
+/// A box in a cavity in a box, and so on.
+TYPED_TEST(CoincidingRegions, OfNestsEqualCells) {
+  using S = TypeParam;
+  constexpr int kSide = 12, kDepth = 5;
+  for (int step = 0; step < manySteps(200); ++step) {
+    const auto nest = [&] {
+      return BoxBody::nest(1 + this->random_.below(kDepth), kSide, this->random_);
+    };
+    Case bodies{nest(), nest()};
+    for (int& x : bodies.offset) x = this->random_.below(5) - 2;
+    const BoxOverlap overlap(bodies.first, bodies.second, bodies.offset, kSide);
+    const DeformableMesh<S> first(bodies.first.surface(S(1), this->random_.oneIn(3))),
+        second(bodies.second.surface(S(1), this->random_.oneIn(3)));
+    contactRegions(first, moved<S>(0, 0, 0), second, bodies.template place<S>(), this->result_);
+    ASSERT_EQ(withoutNormals(overlap.regions()), foundIn(this->result_)) << step;
+  }
+}
+
+/// Cubes in each other around a point, from these half sides, every second one a cavity.
+template <typename S>
+DeformableMesh<S> cubesAround(const Corner& at, std::initializer_list<int> halves) {
+  BoxBody body;
+  int sign = 1;
+  for (const int half : halves) {
+    body.add({at[0] - half, at[1] - half, at[2] - half}, {at[0] + half, at[1] + half, at[2] + half},
+             sign);
+    sign = -sign;
+  }
+  return DeformableMesh<S>(body.surface(S(1)));
+}
+
+/// In either order: two regions with a cavity each, where every wall is thinner than the space
+/// inside; and walls that pass through one triangle of a face, of which they cut rings.
+TYPED_TEST(CoincidingRegions, OfNestedCubesHaveTheirOwnCavities) {
+  using S = TypeParam;
+  const auto tf = moved<S>(0, 0, 0);
+  const auto cube = [](long side) -> long { return side * side * side; };
+  const auto expectVolumes = [&](const auto& a, const auto& b, std::vector<long> expected) {
+    for (const bool is_swapped : {false, true}) {
+      contactRegions(is_swapped ? b : a, tf, is_swapped ? a : b, tf, this->result_);
+      std::vector<long> volumes;
+      for (const BoxOverlap::Region& region : foundIn(this->result_))
+        volumes.push_back(region.volume);
+      EXPECT_EQ(volumes, expected);
+    }
+  };
+  const auto three = cubesAround<S>({0, 0, 0}, {12, 11, 10}),
+             two = cubesAround<S>({0, 0, 0}, {12, 8});
+  expectVolumes(three, two, {cube(24) - cube(22), cube(20) - cube(16)});
+  const auto five = cubesAround<S>({500, 0, 1000}, {12, 11, 10, 8, 7}),
+             block = cubesAround<S>({0, 0, 0}, {1000});
+  expectVolumes(five, block, {cube(14) / 2, (cube(24) - cube(22)) / 2, (cube(20) - cube(16)) / 2});
+}
+
 /// A cavity touches the outer surface of its region, and there is another region, whichever
 /// triangle comes first.
 TYPED_TEST(CoincidingRegions, HaveCavitiesThatTouchTheirSurface) {

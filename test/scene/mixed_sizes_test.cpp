@@ -1,0 +1,140 @@
+// Scenes of bodies of size 0 and of sizes up to 1e12 times as large as others: distances of all
+// pairs in quadruple precision.
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "adaptive_bvh/scene.h"
+#include "support/long_mode.h"
+#include "support/quad_geometry.h"
+#include "support/random_geometry.h"
+
+namespace adaptive_bvh_test {
+namespace mixed_sizes_test {
+
+using adaptive_bvh::BodyId;
+using adaptive_bvh::DeformableMesh;
+using adaptive_bvh::Scene;
+using adaptive_bvh::SceneDistance;
+using Points = std::vector<fcl::Vector3d>;
+
+class MixedSizes : public testing::Test {
+ protected:
+  void clear() {
+    scene_ = Scene<double>();
+    meshes_.clear();
+    triangles_.clear();
+    ids_.clear();
+  }
+  /// Adds triangles of three corners each, moved to `at`.
+  void add(const Points& corners, const fcl::Vector3d& at) {
+    std::vector<fcl::Triangle> triangles;
+    triangles_.emplace_back();
+    for (std::size_t c = 0; c + 2 < corners.size(); c += 3) {
+      triangles.emplace_back(c, c + 1, c + 2);
+      triangles_.back().emplace_back();
+      for (std::size_t k = 0; k < 3; ++k)
+        triangles_.back().back()[k] = quad::of(corners[c + k]) + quad::of(at);
+    }
+    meshes_.push_back(std::make_unique<DeformableMesh<double>>(corners, triangles));
+    fcl::Transform3d tf = fcl::Transform3d::Identity();
+    tf.translation() = at;
+    ids_.push_back(scene_.add(*meshes_.back(), tf));
+  }
+  /// A point, a segment, a triangle, or several, on a lattice or not.
+  Points body(double size) {
+    const bool is_lattice = random_.oneIn(2);
+    const auto vector = [&]() -> fcl::Vector3d {
+      if (!is_lattice) return random_.point() * size;
+      return size * fcl::Vector3d(random_.below(5) - 2, random_.below(5) - 2, random_.below(5) - 2);
+    };
+    const fcl::Vector3d u = vector(), zero = fcl::Vector3d::Zero();
+    Points corners;
+    switch (random_.below(4)) {
+      case 0: return {zero, zero, zero};
+      case 1: return {zero, u, 2 * u};
+      case 2: return {zero, u, vector()};
+      default:
+        for (int i = 0; i < 6; ++i) {
+          const fcl::Vector3d at = 3 * vector();
+          corners.insert(corners.end(), {at, at + 1e-3 * vector(), at + vector()});
+        }
+        return corners;
+    }
+  }
+  void addRandom(double ratio) {
+    const auto size = [&] { return random_.oneIn(2) ? 1 : ratio; };
+    const Points corners = body(size());
+    add(corners, 5 * size() * random_.point());
+  }
+
+  double distanceOf(std::size_t a, std::size_t b) const {
+    quad::Real least = std::numeric_limits<double>::infinity();
+    for (const quad::Triangle& p : triangles_[a])
+      for (const quad::Triangle& q : triangles_[b]) least = std::min(least, quad::distance(p, q));
+    return static_cast<double>(least);
+  }
+  /// All questions about distances.
+  void expectDistances() {
+    scene_.update();
+    quad::Real extent = 0;
+    for (const auto& body : triangles_)
+      for (const quad::Triangle& t : body)
+        for (const quad::Point& p : t) extent = std::max(extent, quad::size(p));
+    const double coordinates = static_cast<double>(extent), error = 1e-14 * coordinates;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t a = 0; a < ids_.size(); ++a) {
+      std::vector<double> expected;
+      for (std::size_t b = 0; b < ids_.size(); ++b)
+        if (b != a) expected.push_back(distanceOf(a, b));
+      std::sort(expected.begin(), expected.end());
+      least = std::min(least, expected[0]);
+      EXPECT_NEAR(expected[0], std::as_const(scene_).nearest(ids_[a]).distance, error);
+      std::vector<SceneDistance<double>> found;
+      scene_.nearest(ids_[a], 4, found);
+      ASSERT_EQ(std::min<std::size_t>(4, expected.size()), found.size());
+      for (std::size_t i = 0; i < found.size(); ++i)
+        EXPECT_NEAR(expected[i], found[i].distance, error);
+      const auto clearance = scene_.leastDistance(ids_[a], 1e-9 * coordinates).clearance;
+      if (clearance.meet() && expected[0] < 3e-10 * coordinates) continue;
+      EXPECT_LE(clearance.lower, expected[0] + error);
+      EXPECT_GE(clearance.upper, expected[0] - error);
+    }
+    EXPECT_NEAR(least, scene_.distance().distance, error);
+    EXPECT_TRUE(scene_.isNearer(least + 2 * error));
+    if (least > 2 * error) {
+      EXPECT_FALSE(scene_.isNearer(least - 2 * error));
+    }
+  }
+
+  RandomGeometry<double> random_{67};
+  Scene<double> scene_;
+  std::vector<std::unique_ptr<DeformableMesh<double>>> meshes_;
+  std::vector<std::vector<quad::Triangle>> triangles_;
+  std::vector<BodyId> ids_;
+};
+
+/// A body of size 0 far from its neighbour, in its own unit.
+TEST_F(MixedSizes, OfAPointAndATriangle) {
+  const fcl::Vector3d zero = fcl::Vector3d::Zero();
+  for (double size = 1; size < 1e12; size *= 8) {
+    clear();
+    add({zero, zero, zero}, {0, 0, 5 * size});
+    add({zero, {size, 0, 0}, {0, size, 0}}, zero);
+    expectDistances();
+    EXPECT_EQ(5 * size, std::as_const(scene_).nearest(ids_[0]).distance);
+  }
+}
+
+TEST_F(MixedSizes, OfAnyBodies) {
+  for (int step = 0; step < manySteps(100); ++step) {
+    SCOPED_TRACE(step);
+    clear();
+    const double ratio = random_.size(0, 12);
+    for (int bodies = 2 + random_.below(4); bodies > 0; --bodies) addRandom(ratio);
+    expectDistances();
+  }
+}
+
+}  // namespace mixed_sizes_test
+}  // namespace adaptive_bvh_test
