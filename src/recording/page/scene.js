@@ -67,12 +67,16 @@ const renderer = (() => {
   try {
     return new THREE.WebGLRenderer({canvas, antialias: true, alpha: true});
   } catch (error) {
-    const message = document.getElementById("message");
-    message.textContent = "This browser shows no WebGL: the numbers and charts work, the scene does not.";
-    message.hidden = false;
+    sayFault("This browser shows no WebGL: the numbers and charts work, the scene does not.");
     return null;
   }
 })();
+canvas.addEventListener("webglcontextlost", () =>
+  sayFault("The browser has taken back the memory of the scene. Close other pages, or load this one again."));
+canvas.addEventListener("webglcontextrestored", () => {
+  sayFault("");
+  wantRender();
+});
 
 const beforeRender = [];  // functions called before each rendering, the first places the camera
 let renderWanted = false;
