@@ -88,7 +88,7 @@ const sort = (head) => {
   const sign = head.getAttribute("aria-sort") === "ascending" ? -1 : 1;
   const cell = (row) => row.cells[column].textContent;
   const order = (a, b) => (isNumber ? parseFloat(a) - parseFloat(b) : words.compare(a, b));
-  const [filled, empty] = [true, false].map((has) => rows.filter((row) => Boolean(cell(row)) === has));
+  const filled = rows.filter((row) => cell(row)), empty = rows.filter((row) => !cell(row));
   filled.sort((a, b) => sign * order(cell(a), cell(b)));
   document.querySelector("#table tbody").append(...filled, ...empty);
   for (const other of heads) other.removeAttribute("aria-sort");
@@ -160,8 +160,10 @@ def _table(outcome: Outcome, rows: Many[Moment], numberings: Dict[str, Numbering
     lines = ['<section id="table" aria-label="Table"><h2>Least clearance over the motion</h2>',
              f"<p>Colours on the moving bodies: the least clearance of each vertex in the frames of "
              f"this page. A row shows its moment, a head sorts the rows. Bounds are proven for "
-             f"all times between the frames.</p><input id=filter type=search placeholder=\"Show rows with ...\" "
-             f"aria-label=\"Show rows with\"><div><table><thead><tr><th>moving<th>part<th class=number>least, {unit}"
+             f"all times between the frames.</p>"
+             f'<input id="filter" type="search" placeholder="Show rows with ..."'
+             f' aria-label="Show rows with"><div>'
+             f"<table><thead><tr><th>moving<th>part<th class=number>least, {unit}"
              f"<th class=number>proven between<th class=number>frame<th>kept<th>{below}"
              f"</tr></thead><tbody>"]
     for pair, frame in rows:

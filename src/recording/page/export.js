@@ -107,7 +107,7 @@ function sayExport(text, failed = false) {
 async function savePicture() {
   try {
     saveAs(await pictureBlob(), frameName() + ".png");
-    sayExport("");
+    if (!exporting) sayExport("");
   } catch ({message}) {
     sayExport(`The picture is not saved: ${message}.`, true);
   }

@@ -83,7 +83,7 @@ class Contacts {
       return points;
     });
     beforeRender.push(() => this.layers.forEach(({material}) => {
-      material.uniforms.size.value = 8 * (window.devicePixelRatio);
+      material.uniforms.size.value = 8 * window.devicePixelRatio;
     }));
   }
 
