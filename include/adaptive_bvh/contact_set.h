@@ -159,10 +159,11 @@ class ContactSet {
   /// throws std::logic_error.
   std::size_t update(const Transform& tf1, const Transform& tf2);
 
-  /// The pairs of triangles; empty for a set of features.
+  /// The pairs of triangles. Empty for a set of features, so that one loop reads all kinds of pairs
+  /// of any set; Python raises ValueError.
   const NumberedPairs& triangles() const;
-  /// The pairs of features of a kind; empty for a set of triangles. Of one mesh with itself
-  /// FeatureKind::FaceVertex is empty.
+  /// The pairs of features of a kind; likewise empty for a set of triangles. Of one mesh with
+  /// itself FeatureKind::FaceVertex is empty.
   const NumberedPairs& features(FeatureKind kind) const;
   /// Number of pairs of all kinds.
   std::size_t size() const;

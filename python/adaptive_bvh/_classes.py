@@ -56,11 +56,16 @@ def _reduce_result(self, protocol):
 
 
 def _reduce_ex(self, protocol):
-    """The protocols 0 and 1 make a pickled object of any class without its __new__, which pybind11
-    answers by ending the process. So they get what protocol 2 gets: what a class says about itself,
-    or a TypeError.
+    """For pickle and copy. The protocols 0 and 1 make a pickled object of any class without its
+    __new__, which pybind11 answers by ending the process. So they get what protocol 2 gets: what a
+    class says about itself, or a TypeError.
     """
-    return object.__reduce_ex__(self, max(protocol, 2))
+    try:
+        return object.__reduce_ex__(self, max(protocol, 2))
+    except TypeError:
+        name = type(self).__name__
+        raise TypeError(f"cannot pickle or copy a {name}, which keeps what it has found so far; "
+                        f"make another by {name}(...)") from None
 
 
 def complete():

@@ -84,6 +84,10 @@ def _pose(transform):
 
 class _Object:
     def __init__(self, mesh, transform):
+        if not hasattr(mesh, "vertices") or not hasattr(mesh, "faces"):
+            raise TypeError(f"mesh is {type(mesh).__name__}; a Trimesh, or another object with "
+                            "vertices and faces, is needed: trimesh.load_mesh reads a file, "
+                            "trimesh.Trimesh(vertices, faces) makes one of arrays")
         self.geometry = _geometry(mesh.vertices, mesh.faces, getattr(mesh, "is_convex", False))
         self.transform = _pose(transform)
 

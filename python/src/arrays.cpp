@@ -2,6 +2,8 @@
 
 #include <cstring>
 
+#include "wrong_type.h"
+
 namespace adaptive_bvh::python {
 namespace {
 
@@ -72,9 +74,18 @@ py::object listed(const py::object& rows, const char* name) {
                            : py::object(array);
 }
 
+/// What an array that is no array of numbers holds.
+std::string contentOf(const py::array& array) {
+  switch (array.dtype().kind()) {
+    case 'O': return "objects that are no numbers";
+    case 'S':
+    case 'U': return "text";
+    default: return py::str(py::handle(array.dtype()));
+  }
+}
+
 [[noreturn]] void refuseNumbers(const py::array& array, const char* name, const char* needed) {
-  throw py::type_error(std::string(name) + " holds " +
-                       std::string(py::str(py::handle(array.dtype()))) + "; " + needed +
+  throw py::type_error(std::string(name) + " holds " + contentOf(array) + "; " + needed +
                        " are needed");
 }
 
@@ -103,6 +114,9 @@ py::array numbersFrom(const py::object& object, const char* name) {
                         ? py::array(object)
                         : py::array::ensure(readableByNumpy(object, name));
   if (!array) throw py::type_error(std::string(name) + " is not an array of numbers");
+  if (array.ndim() == 0 && std::strchr("OSU", array.dtype().kind()))
+    throw py::type_error(std::string(name) + " is " + typeNameOf(object) +
+                         "; an array of real numbers is needed");
   if (!std::strchr("fiu", array.dtype().kind())) refuseNumbers(array, name, "real numbers");
   return array;
 }

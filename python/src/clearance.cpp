@@ -86,7 +86,7 @@ class MovingObject : public Bound {
     shape_ = asShape(body);
     if (!mesh_ && !shape_)
       throw py::type_error("body is " + typeNameOf(body) +
-                           "; a DeformableMesh, a shape or a Motion is needed");
+                           "; a DeformableMesh, a shape or a Motion is needed" + howToMesh(body));
   }
   /// A Motion, or a BodyMotion that is copied, or a mesh that stands still.
   static MovingObject from(const py::object& object) {

@@ -5,6 +5,8 @@
 #include <mutex>
 #include <optional>
 
+#include <pybind11/stl.h>
+
 #include "arrays.h"
 #include "bind.h"
 #include "features.h"
@@ -22,6 +24,7 @@ Scene. After `update` they are the pairs that pairs_within or feature_pairs_with
 
 Each pair has a number, which it keeps as long as it lives. Arrays of the caller are indexed by it:
 impulses, states of friction. An update costs what has changed. Keeps meshes and scene alive.
+ValueError where triangles are asked of a set of features, or features of a set of triangles.
 Threads use one object one after the other.)";
 
 constexpr const char* kInitSelf =
@@ -143,6 +146,7 @@ class PySet : public Bound {
         labels_(std::make_unique<Labels>(labels, label_rule, mesh)) {
     Request asked(distance, elements, filter, ignored, true);
     ContactSetRequest<double>& request = asked.request;
+    elements_ = request.elements;
     if (!labels.is_none()) {
       request.triangles.test = labels_->triangles({}).test;
       const IgnoredFeatures ignored_features = labels_->features(mesh.mesh().triangles());
@@ -155,6 +159,7 @@ class PySet : public Bound {
         const std::string& elements, const py::object& ignored)
       : first_(first.shared_from_this()), second_(second.shared_from_this()) {
     const Request asked(distance, elements, "none", ignored, false);
+    elements_ = asked.request.elements;
     queryPair(first, second,
               [&](const Mesh& a, const Mesh& b) { set_.emplace(a, b, asked.request); });
   }
@@ -162,6 +167,7 @@ class PySet : public Bound {
         const py::object& ignored)
       : scene_(&scene) {
     const Request asked(distance, elements, "shared vertex", ignored, true);
+    elements_ = asked.request.elements;
     scene.query([&](const Scene3& s) { set_.emplace(s, asked.request); });
   }
 
@@ -178,6 +184,16 @@ class PySet : public Bound {
     return f(*set_);
   }
 
+  /// Throws py::value_error unless the pairs are of these elements.
+  void require(ContactElements elements) const {
+    if (elements == elements_) return;
+    throw py::value_error(elements == ContactElements::Features
+                              ? "a ContactSet of triangles has no pairs of features; make one with "
+                                "elements='features'"
+                              : "a ContactSet of features has no pairs of triangles; make one with "
+                                "elements='triangles'");
+  }
+
   std::size_t update(const py::object& tf1, const py::object& tf2) {
     if (!second_ && !(tf1.is_none() && tf2.is_none()))
       throw py::value_error("only a ContactSet of two meshes takes poses");
@@ -190,20 +206,24 @@ class PySet : public Bound {
   std::shared_ptr<const LockedMesh> first_, second_;
   const LockedScene* scene_ = nullptr;  ///< kept alive by pybind11
   std::unique_ptr<Labels> labels_;      ///< the request's functions refer to them
+  ContactElements elements_ = ContactElements::Triangles;
   std::mutex mutex_;
   std::optional<ContactSet<double>> set_;  ///< always there
 };
 
 Numbered numbered(PySet& self, const std::optional<FeatureKind>& kind) {
+  self.require(kind ? ContactElements::Features : ContactElements::Triangles);
   return self.change([&](const ContactSet<double>& set) {
     return Numbered(kind ? set.features(*kind) : set.triangles());
   });
 }
 
-FeatureDetails<double> details(PySet& self, const py::object& numbers, const py::object& kind) {
+FeatureDetails<double> details(PySet& self, const py::object& numbers,
+                               const std::optional<std::string>& kind) {
   constexpr std::size_t kLimit = std::size_t(1) << 31;
   std::optional<FeatureKind> of;
-  if (!kind.is_none()) of = featureKind(kind.cast<std::string>());
+  if (kind) of = featureKind(*kind);
+  self.require(kind ? ContactElements::Features : ContactElements::Triangles);
   std::vector<unsigned> given;
   const bool is_all = numbers.is_none();
   if (!is_all) given = indicesFrom(numbers, kLimit, "numbers", "numbers at most");
@@ -221,6 +241,7 @@ FeatureDetails<double> details(PySet& self, const py::object& numbers, const py:
 }
 
 Contacts contacts(PySet& self, bool enable_contact) {
+  self.require(ContactElements::Triangles);
   fcl::CollisionResultd result;
   self.change([&](const ContactSet<double>& set) {
     return set.contacts(

@@ -18,6 +18,8 @@
 #include "locked_mesh_docs.h"
 #include "meshes.h"
 #include "results.h"
+#include "shapes.h"
+#include "wrong_type.h"
 
 namespace adaptive_bvh::python {
 namespace {
@@ -29,9 +31,8 @@ constexpr std::array<char, 8> kSingleMark = {'f', 'l', 'o', 'a', 't', '3', '2', 
 std::pair<py::object, py::object> arraysOf(const py::object& vertices, const py::object& faces) {
   if (!faces.is_none()) return {vertices, faces};
   if (!py::hasattr(vertices, "vertices") || !py::hasattr(vertices, "faces"))
-    throw py::type_error(
-        "faces are missing: pass vertices and faces, or an object that has both "
-        "as attributes");
+    throw py::type_error("faces are missing: vertices is " + typeNameOf(vertices) +
+                         howToMesh(vertices));
   return {vertices.attr("vertices"), vertices.attr("faces")};
 }
 
@@ -116,6 +117,13 @@ MeshUpdate LockedMesh::updateTwoFrames(const py::object& vertices) {
   requireRows(rows.array(), num_vertices_, "vertices");
   return change(
       [&](Mesh& mesh) -> MeshUpdate { return mesh.updateTwoFrames(rows.begin(), num_vertices_); });
+}
+
+void LockedMesh::refuseOthers(const py::handle& object) {
+  if (py::isinstance<Shape>(object)) return;
+  const std::string hint = howToMesh(object);
+  if (!hint.empty())
+    throw py::type_error("a DeformableMesh is needed, not " + typeNameOf(object) + hint);
 }
 
 std::shared_ptr<LockedMesh> LockedMesh::copy() const {

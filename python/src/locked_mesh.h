@@ -41,6 +41,10 @@ class LockedMesh : public Bound, public std::enable_shared_from_this<LockedMesh>
   /// All, keeping the present positions as those before.
   MeshUpdate updateTwoFrames(const py::object& vertices);
 
+  /// Throws py::type_error on what a mesh can be made of, except for shapes, which overloads take
+  /// where others take meshes.
+  static void refuseOthers(const py::handle& object);
+
   /// A snapshot.
   std::shared_ptr<LockedMesh> copy() const;
   /// Writes the mesh (DeformableMesh::save), after a mark where it is of float32. Throws
@@ -147,3 +151,17 @@ Result find(const Locked& locked, const F& f) {
 }
 
 }  // namespace adaptive_bvh::python
+
+namespace pybind11::detail {
+/// Says how a mesh is made of what no overload takes where another takes a mesh.
+template <>
+class type_caster<adaptive_bvh::python::LockedMesh>
+    : public adaptive_bvh::python::ConstructedCaster<adaptive_bvh::python::LockedMesh> {
+ public:
+  bool load(handle source, bool convert) {
+    if (ConstructedCaster::load(source, convert)) return true;
+    if (convert) adaptive_bvh::python::LockedMesh::refuseOthers(source);
+    return false;
+  }
+};
+}  // namespace pybind11::detail

@@ -1,17 +1,13 @@
 #pragma once
 
-#include <string>
-
 #include <fcl/geometry/collision_geometry.h>
 
 #include "locked_mesh.h"
 #include "pose.h"
 #include "shapes.h"
+#include "wrong_type.h"
 
 namespace adaptive_bvh::python {
-
-/// The name of an object's type, as sentences of errors have it.
-std::string typeNameOf(const py::handle& object);
 
 /// Null of other objects.
 const LockedMesh* asMesh(const py::object& object);

@@ -153,6 +153,9 @@ Contacts selfCollideOf(const LockedMesh& mesh, const py::object& tf,
                        const std::optional<long long>& max_contacts, bool enable_contact,
                        const std::string& filter, const py::object& ignored,
                        const py::object& labels, const std::string& label_rule) {
+  if (asMesh(tf) || asShape(tf))
+    throw py::type_error("self_collide takes one mesh, and then a pose, which is no " +
+                         typeNameOf(tf) + "; for two objects, call collide(first, second)");
   const fcl::CollisionRequestd request = requestOf(max_contacts, enable_contact);
   const fcl::Transform3d pose = poseFrom(tf, "tf");
   const NeighbourFilter neighbours = neighbourFilter(filter);

@@ -96,7 +96,8 @@ BodyId LockedScene::add(const py::object& body, const py::object& tf, const Body
   } else if (asShape(body)) {
     geometry = asShape(body)->geometryPointer();
   } else {
-    throw py::type_error("a body must be a DeformableMesh or a Shape, not " + typeNameOf(body));
+    throw py::type_error("a body must be a DeformableMesh or a Shape, not " + typeNameOf(body) +
+                         howToMesh(body));
   }
   const fcl::Transform3d pose = poseFrom(tf, "tf");
   const BodyId id = change([&](Scene3& scene) {

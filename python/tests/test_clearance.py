@@ -4,7 +4,6 @@ import csv
 import os
 import pathlib
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -365,33 +364,6 @@ def test_ctrl_c_while_the_page_is_written_loses_the_page_alone(run, tmp_path, ba
     found = run("--moving", hose, "--parts", tmp_path / "part2.ply", "--report", tmp_path / "a.html")
     assert found.status == 3 and "a.html is not written" in found.errors[-1]
     assert found.out.startswith("KEPT") and len(found.rows) == 1
-
-
-def has_chromium():
-    """Whether it is there, and the libraries that it needs."""
-    return shutil.which("chromium") is not None and subprocess.run(
-        ["chromium", "--no-sandbox", "--version"], capture_output=True).returncode == 0
-
-
-@pytest.mark.skipif(not has_chromium(), reason="looks at the page in chromium")
-@pytest.mark.parametrize("size", ["1280,800", "1024,500", "500,844"])
-def test_the_table_stands_below_the_player(run, tmp_path, bay, page, size):
-    hose, *_ = bay
-    run("--moving", hose, "--parts", tmp_path / "part*.ply", "--report", page)
-    page.write_text(page.read_text().replace("</body>", """<script>
-const below = (id) => document.getElementById(id).getBoundingClientRect().bottom;
-const table = document.getElementById("table").getBoundingClientRect();
-const wide = document.documentElement.scrollWidth - innerWidth;
-document.title = `found ${table.top - Math.max(...["stage", "transport", "words", "panel"].map(below))
-  } ${wide}`;
-</script></body>"""))
-    result = subprocess.run(
-        ["chromium", "--headless=new", "--no-sandbox", "--disable-dev-shm-usage",
-         "--use-angle=swiftshader", "--enable-unsafe-swiftshader", f"--window-size={size}",
-         f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom", page.as_uri()],
-        capture_output=True, text=True, timeout=120)
-    gap, wide = re.search("<title>found (.*)</title>", result.stdout).group(1).split()
-    assert float(gap) >= 0 and float(wide) <= 0
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT")

@@ -190,7 +190,7 @@ def test_what_is_refused():
     for numbers in ([-1], [len(near.triangles.pairs)]):
         with pytest.raises(IndexError):
             near.details(numbers)
-    with pytest.raises(IndexError):
+    with pytest.raises(ValueError, match="has no pairs of features"):
         near.details([0], "edge_edge")
     with pytest.raises(ValueError):
         near.details([0], "edges")

@@ -40,3 +40,13 @@ def test_points_of_an_overlap_are_on_both_surfaces(seed):
     for name, (mesh, at) in meshes.items():
         surface = surface_distances(found.point(name)[None], placed(mesh.vertices, at), mesh.faces)
         assert surface.min() < 1e-8
+
+
+@pytest.mark.parametrize("given", ["hose.stl", np.zeros((3, 3)), None, ab.Sphere(1.0)])
+def test_what_is_no_mesh_is_refused(given):
+    manager = CollisionManager()
+    for call in (lambda: manager.add_object("hose", given),
+                 lambda: manager.in_collision_single(given)):
+        with pytest.raises(TypeError, match=f"mesh is {type(given).__name__}; a Trimesh"):
+            call()
+    assert not manager.in_collision_internal()

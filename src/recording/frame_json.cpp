@@ -60,8 +60,6 @@ json asJson(const fcl::Transform3d& pose) {
 json asJson(const UpdateReport& report) {
   return {{"nodes", report.nodes},
           {"refitted", report.refitted()},
-          {"moved", report.moved},
-          {"inflated", report.inflated},
           {"displacement", report.largest_displacement}};
 }
 

@@ -18,6 +18,7 @@ asm(".pushsection .rodata\n"
     ADAPTIVE_BVH_BEGIN("style")
     ADAPTIVE_BVH_FILE("page.css")
     ADAPTIVE_BVH_BEGIN("script")  // in one scope, in this order
+    ADAPTIVE_BVH_FILE("faults.js")
     ADAPTIVE_BVH_FILE("data.js")
     ADAPTIVE_BVH_FILE("scene.js")
     ADAPTIVE_BVH_FILE("bodies.js")

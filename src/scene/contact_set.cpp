@@ -63,25 +63,15 @@ void appendDetails(const FeatureDetails<double>& from, FeatureDetails<double>& t
   appendTo(from.coordinates, to.coordinates);
   appendTo(from.normals, to.normals);
 }
-std::vector<FeaturePair>& listOf(FeaturePairs& pairs, FeatureKind kind) {
-  return kind == FeatureKind::VertexFace   ? pairs.vertex_face
-         : kind == FeatureKind::FaceVertex ? pairs.face_vertex
-                                           : pairs.edge_edge;
-}
-const FeatureDetails<double>& detailsOf(const FeaturePairDetails<double>& details,
-                                        FeatureKind kind) {
-  return kind == FeatureKind::VertexFace   ? details.vertex_face
-         : kind == FeatureKind::FaceVertex ? details.face_vertex
-                                           : details.edge_edge;
+/// The member for a kind, of FeaturePairs and of FeaturePairDetails.
+template <typename OfKinds>
+auto& ofKind(OfKinds& all, FeatureKind kind) {
+  return kind == FeatureKind::VertexFace   ? all.vertex_face
+         : kind == FeatureKind::FaceVertex ? all.face_vertex
+                                           : all.edge_edge;
 }
 void narrowTo(const FeatureDetails<double>& from, FeatureDetails<double>& to) { to = from; }
 void narrowTo(const FeatureDetails<double>& from, FeatureDetails<float>& to) { narrow(from, to); }
-void clearDetails(FeatureDetails<double>& details) {
-  details.distances.clear();
-  details.nearest_points.clear();
-  details.coordinates.clear();
-  details.normals.clear();
-}
 
 /// Adds the contacts of pairs of triangles that touch.
 void addTouching(const KeptMeshes& meshes, const fcl::Transform3d& tf,
@@ -304,7 +294,7 @@ void ContactSet<S>::details(const std::vector<unsigned>& numbers, FeatureDetails
     throw std::invalid_argument("adaptive_bvh: a ContactSet of features has no triangles");
   const Leased<FeaturePairDetails<double>> found;
   FeatureDetails<double>& all = found->vertex_face;
-  clearDetails(all);
+  all.resize(0);
   state_->forEachMeshes(0, numbers,
                         [&](const KeptMeshes& meshes, const fcl::Transform3d& tf, const BodyPair&,
                             const std::vector<FeaturePair>& pairs) {
@@ -321,16 +311,16 @@ void ContactSet<S>::details(FeatureKind kind, const std::vector<unsigned>& numbe
   const Leased<std::array<FeaturePairDetails<double>, 2>> found;
   const Leased<FeaturePairs> asked;
   FeatureDetails<double>& all = (*found)[0].vertex_face;
-  clearDetails(all);
+  all.resize(0);
   state_->forEachMeshes(unsigned(kind), numbers,
                         [&](const KeptMeshes& meshes, const fcl::Transform3d& tf, const BodyPair&,
                             const std::vector<FeaturePair>& pairs) {
                           asked->clear();
                           FeaturePairDetails<double>& details = (*found)[1];
-                          listOf(*asked, kind) = pairs;
+                          ofKind(*asked, kind) = pairs;
                           findFeatureDetails({meshes.first.mesh, tf}, meshes.second.mesh,
                                              meshes.to_first, *asked, details);
-                          appendDetails(detailsOf(details, kind), all);
+                          appendDetails(ofKind(details, kind), all);
                         });
   narrowTo(all, result);
 }

@@ -33,7 +33,10 @@ _STYLE = """<style>
 #table h2 { font-size: 1rem; margin: 0 0 6px; }
 #table div { overflow-x: auto; }
 #table table { border-collapse: collapse; font-variant-numeric: tabular-nums; width: 100%; }
-#table th { text-align: left; font-weight: 600; color: var(--soft); }
+#table th { text-align: left; font-weight: 600; color: var(--soft); cursor: pointer; }
+#table th[aria-sort=ascending]::after { content: " ▲"; }
+#table th[aria-sort=descending]::after { content: " ▼"; }
+#filter { font: inherit; padding: 4px 10px; width: 16em; max-width: 100%; margin-bottom: 6px; }
 #table th, #table td { padding: 4px 14px 4px 0; border-bottom: 1px solid var(--line);
   white-space: nowrap; }
 #table td.wide { white-space: normal; min-width: 12em; }
@@ -76,6 +79,33 @@ for (const element of document.querySelectorAll("[data-frame]")) {
       if (event.key === "Enter") jump(element);
     });
 }
+// A head sorts the rows: its column ascending, then descending. The field shows those with a text.
+const heads = [...document.querySelectorAll("#table th")];
+const rows = [...document.querySelectorAll("#table tbody tr")];
+const words = new Intl.Collator("en", {numeric: true});
+const sort = (head) => {
+  const column = heads.indexOf(head), isNumber = head.classList.contains("number");
+  const sign = head.getAttribute("aria-sort") === "ascending" ? -1 : 1;
+  const cell = (row) => row.cells[column].textContent;
+  const order = (a, b) => (isNumber ? parseFloat(a) - parseFloat(b) : words.compare(a, b));
+  const filled = rows.filter((row) => cell(row)), empty = rows.filter((row) => !cell(row));
+  filled.sort((a, b) => sign * order(cell(a), cell(b)));
+  document.querySelector("#table tbody").append(...filled, ...empty);
+  for (const other of heads) other.removeAttribute("aria-sort");
+  head.setAttribute("aria-sort", sign > 0 ? "ascending" : "descending");
+};
+for (const head of heads) {
+  head.tabIndex = 0;
+  head.title = "Sort by this column";
+  head.addEventListener("click", () => sort(head));
+  head.addEventListener("keydown", (event) => {
+    if (event.key === "Enter") sort(head);
+  });
+}
+document.getElementById("filter").addEventListener("input", ({target}) => {
+  const wanted = target.value.toLowerCase();
+  for (const row of rows) row.hidden = !row.textContent.toLowerCase().includes(wanted);
+});
 if (!new URLSearchParams(location.hash.slice(1)).has("frame")) {
   const first = document.querySelector("#moments [data-frame]");
   if (first) page.show(Number(first.dataset.frame));
@@ -89,11 +119,13 @@ def page_with_results(html: str, outcome: Outcome, rows: Many[Moment],
                       numberings: Dict[str, Numbering], moving: int) -> str:
     """The recorded page, whose first `moving` bodies move, with the answer above the scene, and the
     table below it."""
-    head, header, rest = html.partition("</header>")
+    styles, _, rest = html.partition("</head>")
+    head, header, rest = rest.partition("</header>")
     main, end, tail = rest.partition("</main>")
     body, closing, after = tail.rpartition("</body>")
-    return "".join([head, header, "\n", _answer(outcome, rows, numberings), main, end, "\n",
-                    _table(outcome, rows, numberings), body, _STYLE,
+    return "".join([styles, _STYLE, "</head>", head, header, "\n",
+                    _answer(outcome, rows, numberings), main, end, "\n",
+                    _table(outcome, rows, numberings), body,
                     _SCRIPT.replace("MOVING", str(moving)), closing, after])
 
 
@@ -127,8 +159,11 @@ def _table(outcome: Outcome, rows: Many[Moment], numberings: Dict[str, Numbering
     below = f"below {limit}, frames" if outcome.limit > 0 else "touching, frames"
     lines = ['<section id="table" aria-label="Table"><h2>Least clearance over the motion</h2>',
              f"<p>Colours on the moving bodies: the least clearance of each vertex in the frames of "
-             f"this page. A row shows its moment. Bounds are proven for all times between the "
-             f"frames.</p><div><table><thead><tr><th>moving<th>part<th class=number>least, {unit}"
+             f"this page. A row shows its moment, a head sorts the rows. Bounds are proven for "
+             f"all times between the frames.</p>"
+             f'<input id="filter" type="search" placeholder="Show rows with ..."'
+             f' aria-label="Show rows with"><div>'
+             f"<table><thead><tr><th>moving<th>part<th class=number>least, {unit}"
              f"<th class=number>proven between<th class=number>frame<th>kept<th>{below}"
              f"</tr></thead><tbody>"]
     for pair, frame in rows:

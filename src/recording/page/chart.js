@@ -34,6 +34,7 @@ class Chart {
       if (event.buttons & 1) this.pick(this.hovered);
       this.draw();
     });
+    whenResized(this.canvas, () => this.draw());
     this.canvas.addEventListener("pointerdown", (event) => this.pick(frameAt(event)));
     this.canvas.addEventListener("pointerleave", () => {
       this.hovered = null;

@@ -74,8 +74,7 @@ function updateOf(frame) {
     .filter((update) => update && update.nodes > 0);
   if (updates.length === 0) return undefined;
   const sum = (name) => updates.reduce((all, update) => all + update[name], 0);
-  return {nodes: sum("nodes"), refitted: sum("refitted"), inflated: sum("inflated"),
-    displacement: Math.max(...updates.map((update) => update.displacement))};
+  return {nodes: sum("nodes"), refitted: sum("refitted")};
 }
 
 // The smallest clearance of all bodies in a frame; undefined if none was recorded.

@@ -83,7 +83,7 @@ class Contacts {
       return points;
     });
     beforeRender.push(() => this.layers.forEach(({material}) => {
-      material.uniforms.size.value = 8 * (renderer ? renderer.getPixelRatio() : 1);
+      material.uniforms.size.value = 8 * window.devicePixelRatio;
     }));
   }
 

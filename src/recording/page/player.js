@@ -244,8 +244,10 @@ function listen() {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     const name = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     const key = event.shiftKey && name.startsWith("Arrow") ? `Shift+${name}` : name;
-    const onControl = event.target.closest && event.target.closest("input, button, summary");
-    if (!keys[key] || (onControl && (key === " " || (event.target.type === "range" && name.length > 1))))
+    const within = (tags) => event.target.closest && event.target.closest(tags);
+    if (!keys[key] || within("input[type=number], input[type=search]")) return;
+    if (within("input, button, summary") &&
+        (key === " " || (event.target.type === "range" && name.length > 1)))
       return;
     event.preventDefault();
     keys[key]();
@@ -254,7 +256,6 @@ function listen() {
   element("save-picture").addEventListener("click", savePicture);
   element("save-video").addEventListener("click", saveVideo);
   window.addEventListener("hashchange", readAddress);
-  window.addEventListener("resize", () => charts.forEach((chart) => chart.draw()));
 }
 
 function setColours() {
@@ -278,7 +279,6 @@ makeSettings();
 sayKeys();
 listen();
 setColours();
-fitCanvas();
 setDepth(Math.min(3, deepest()));
 readAddress();
 sayPlaying();

@@ -67,12 +67,16 @@ const renderer = (() => {
   try {
     return new THREE.WebGLRenderer({canvas, antialias: true, alpha: true});
   } catch (error) {
-    const message = document.getElementById("message");
-    message.textContent = "This browser shows no WebGL: the numbers and charts work, the scene does not.";
-    message.hidden = false;
+    sayFault("This browser shows no WebGL: the numbers and charts work, the scene does not.");
     return null;
   }
 })();
+canvas.addEventListener("webglcontextlost", () =>
+  sayFault("The browser has taken back the memory of the scene. Close other pages, or load this one again."));
+canvas.addEventListener("webglcontextrestored", () => {
+  sayFault("");
+  wantRender();
+});
 
 const beforeRender = [];  // functions called before each rendering, the first places the camera
 let renderWanted = false;
@@ -80,6 +84,7 @@ let firstPictureMs = null;
 
 function render() {
   renderWanted = false;
+  fitCanvas();
   beforeRender.forEach((call) => call());
   if (!renderer) return;
   renderer.render(scene, camera);
@@ -93,17 +98,25 @@ function wantRender() {
   requestAnimationFrame(render);
 }
 
+// Gives the picture the pixels that the screen has where the page shows it.
 function fitCanvas() {
-  const {clientWidth: width, clientHeight: height} = canvas.parentElement;
-  if (renderer) {
-    renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
-    renderer.setSize(width, height, false);
-  }
-  camera.aspect = width / Math.max(height, 1);
+  const {width, height} = canvas.getBoundingClientRect(), ratio = window.devicePixelRatio;
+  const [wide, high] = [Math.round(width * ratio), Math.round(height * ratio)];
+  if (wide === canvas.width && high === canvas.height) return;
+  if (renderer) renderer.setSize(wide, high, false);
+  camera.aspect = Math.max(wide, 1) / Math.max(high, 1);
   camera.updateProjectionMatrix();
-  wantRender();
 }
-window.addEventListener("resize", fitCanvas);
+
+// Calls a function when the page gives an element another size, or the screen other pixels. It draws
+// at once: a canvas that waits for the next frame is stretched in this one.
+function whenResized(element, call) {
+  new ResizeObserver(call).observe(element);
+  const watch = () => matchMedia(`(resolution: ${window.devicePixelRatio}dppx)`)
+    .addEventListener("change", () => { watch(); call(); }, {once: true});
+  watch();
+}
+whenResized(canvas, render);
 
 // The size of a pixel at a point of the scene, in scene coordinates.
 function pixelAt(point) {
