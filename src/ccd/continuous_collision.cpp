@@ -30,7 +30,7 @@ auto withQuery(const Motion<S>& first, const Motion<S>* second, double separatio
   const Leased<std::array<PlacedMotion::Memory, 2>> memory;
   requireSeparation(separation);
   const PlacedMotion a(placedMotion(first, (*memory)[0]));
-  if (!second) return run(a.withItself(separation));
+  if (!second) return run(a.with(a, separation));
   const PlacedMotion b(placedMotion(*second, (*memory)[1]));
   return run(a.with(b, separation));
 }

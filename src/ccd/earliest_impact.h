@@ -50,6 +50,7 @@ class EarliestImpact : public PairBatches<EarliestImpact<kLists>> {
     if (kLists) pairs_->clear();
   }
   const Impact& impact() const { return impact_; }
+  FeatureLists lists() const { return {pair_, *pairs_}; }
 
   // The interface of a sink of searchAll.
   using Result = FeaturePairs;
@@ -64,8 +65,7 @@ class EarliestImpact : public PairBatches<EarliestImpact<kLists>> {
   void take(const std::vector<Found>& tasks, const TaskPool& pool) {
     for (const Found& task : tasks)
       impact_ = std::min(impact_, task.worker->sink().impact_, isEarlier);
-    if (kLists)
-      lists().take(tasks, pool, [](const Found& task) { return task.worker->sink().lists(); });
+    if (kLists) lists().take(tasks, pool);
   }
 
  private:
@@ -73,8 +73,6 @@ class EarliestImpact : public PairBatches<EarliestImpact<kLists>> {
   using typename PairBatches<EarliestImpact>::PairRef;
   using PairBatches<EarliestImpact>::kSwapped;
   using PairBatches<EarliestImpact>::pair_;
-
-  FeatureLists lists() const { return {pair_, *pairs_}; }
 
   template <int kNumFirst>
   ADAPTIVE_BVH_INLINE unsigned decided(const MovingPairs4& four) const {

@@ -55,16 +55,13 @@ class FeatureLists {
   FeatureLists another(Result& result) const { return {pair_, result}; }
   using Mark = FeatureMark;
   Mark mark() const { return markOf(pairs_); }
+  const FeatureLists& lists() const { return *this; }
+  /// Replaces the lists by those of all tasks.
   template <typename Found>
   void take(const std::vector<Found>& tasks, const TaskPool& pool) {
-    take(
-        tasks, pool, [](const Found& task) -> auto& { return task.worker->sink(); });
-  }
-  /// Replaces the lists by those of all tasks; listsOf(task) returns the FeatureLists of a task.
-  template <typename Found, typename ListsOf>
-  void take(const std::vector<Found>& tasks, const TaskPool& pool, const ListsOf& listsOf) {
     joinFeatures(
-        tasks, pool, pairs_, [&](const Found& task) -> auto& { return listsOf(task).pairs_; });
+        tasks, pool, pairs_,
+        [](const Found& task) -> auto& { return task.worker->sink().lists().pairs_; });
   }
 
  private:

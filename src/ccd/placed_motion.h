@@ -36,7 +36,6 @@ class PlacedMotion {
   ContinuousQuery with(const PlacedMotion& second, double separation) const {
     return {mesh_, second.mesh_, separation, std::max(threads_, second.threads_)};
   }
-  ContinuousQuery withItself(double separation) const { return with(*this, separation); }
   const MovingMesh& mesh() const { return mesh_; }
   /// Reads the links of the mesh's tree where they are now, after the mesh was assigned a copy.
   void findLinks(const MeshState& mesh) { mesh_.nodes = mesh.tree.nodes(); }

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "ccd/continuous_search.h"
 #include "ccd/feature_search.h"
@@ -113,8 +112,7 @@ class SafeDisplacements {
 
 }  // namespace
 
-/// Searches several times, with boxes around min(displacement, limit) and a growing limit. Near
-/// pairs lower most displacements, so that the last search, without a limit, finds few pairs.
+/// Searches several times, with boxes around min(displacement, limit).
 void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of_first,
                            std::vector<double>& of_second) {
   SafeDisplacements::setToMotion(query.first, of_first);
@@ -123,17 +121,15 @@ void findSafeDisplacements(const ContinuousQuery& query, std::vector<double>& of
   const auto largest = [](const std::vector<double>& lengths) {
     return lengths.empty() ? 0. : *std::max_element(lengths.begin(), lengths.end());
   };
-  constexpr double kGrowth = 4;
-  double limit = std::max(MeanLengths(query.first).edge, MeanLengths(query.second).edge);
-  for (bool is_last = false; !is_last; limit *= kGrowth) {
-    is_last = !(limit < std::max(largest(of_first), largest(of_second)) && limit > 0);
-    const SweptPair pair = boxes.aroundStarts(
-        of_first, of_second, is_last ? std::numeric_limits<double>::infinity() : limit);
-    SafeDisplacements displacements(pair, query.separation, of_first, of_second);
-    // On one thread, because the result depends on the order of the pairs.
-    TriangleSearch<FeatureFinder<SafeDisplacements>>(pair.trees(), displacements, pair)
-        .runFromRoots();
-  }
+  searchByGrowingLimits(
+      query, [&] { return std::max(largest(of_first), largest(of_second)); },
+      [&](double limit) {
+        const SweptPair pair = boxes.by(&SweptTree::refitAroundStarts, of_first, of_second, limit);
+        SafeDisplacements displacements(pair, query.separation, of_first, of_second);
+        // On one thread, because the result depends on the order of the pairs.
+        TriangleSearch<FeatureFinder<SafeDisplacements>>(pair.trees(), displacements, pair)
+            .runFromRoots();
+      });
 }
 
 }  // namespace adaptive_bvh

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "base/leased.h"
@@ -24,20 +25,13 @@ class SweptBoxes {
                  query_.separation / 2 + (is_first ? radius_of_first : radius_of_second));
     });
   }
-  /// Boxes around the balls of radius min(displacement, most) around the vertices' starts.
-  SweptPair aroundStarts(const std::vector<double>& of_first, const std::vector<double>& of_second,
-                         double most) {
+  /// Boxes by refitAroundStarts or refitOverShares of SweptTree, padded by half of the separation.
+  using Refit = void (SweptTree::*)(const MovingMesh&, const SweptFrame&, double,
+                                    const std::vector<double>&, double);
+  SweptPair by(Refit refit, const std::vector<double>& of_first,
+               const std::vector<double>& of_second, double most) {
     return pairAfter([&](SweptTree& tree, const MovingMesh& mesh, bool is_first) {
-      tree.refitAroundStarts(mesh, frame_, query_.separation / 2, is_first ? of_first : of_second,
-                             most);
-    });
-  }
-  /// Boxes around the motion of each vertex over its share, or over a length of `most`.
-  SweptPair overShares(const std::vector<double>& of_first, const std::vector<double>& of_second,
-                       double most) {
-    return pairAfter([&](SweptTree& tree, const MovingMesh& mesh, bool is_first) {
-      tree.refitOverShares(mesh, frame_, query_.separation / 2, is_first ? of_first : of_second,
-                           most);
+      (tree.*refit)(mesh, frame_, query_.separation / 2, is_first ? of_first : of_second, most);
     });
   }
   const SweptFrame& frame() const { return frame_; }
@@ -76,5 +70,17 @@ struct MeanLengths {
   /// The mean motion, relative to the mean edge.
   double motionInEdges() const { return motion / std::max(edge, 1e-300); }
 };
+
+/// Calls search(limit) with a length that grows from about an edge while it is less than longest(),
+/// and then with infinity. Near pairs lower most lengths, so that the last search, without a limit,
+/// finds few pairs.
+template <typename Longest, typename Search>
+void searchByGrowingLimits(const ContinuousQuery& query, const Longest& longest,
+                           const Search& search) {
+  constexpr double kGrowth = 4;
+  double limit = std::max(MeanLengths(query.first).edge, MeanLengths(query.second).edge);
+  for (; limit < longest() && limit > 0; limit *= kGrowth) search(limit);
+  search(std::numeric_limits<double>::infinity());
+}
 
 }  // namespace adaptive_bvh

@@ -72,7 +72,6 @@ class SweptTree {
                        const std::vector<double>& shares, double most);
 
   const WideNode* nodes() const { return nodes_.data(); }
-  int size() const { return static_cast<int>(nodes_.size()); }
 
   /// Swept boxes of a group's features (FeatureLeaves). Lanes without a feature are empty.
   const Boxes4& vertexBoxes(unsigned group) const { return vertex_boxes_[group]; }

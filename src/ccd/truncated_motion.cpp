@@ -1,7 +1,6 @@
 // Shares of the vertices' ways that planes between near features allow.
 #include <algorithm>
 #include <array>
-#include <limits>
 
 #include "ccd/continuous_search.h"
 #include "ccd/pair_batches.h"
@@ -62,8 +61,7 @@ double longestWay(const MovingMesh& mesh, const std::vector<double>& shares) {
 
 }  // namespace
 
-/// Searches several times, with boxes around ways no longer than a growing limit. Near pairs lower
-/// most shares, so that the last search, without a limit, finds few pairs.
+/// Searches several times, with boxes around ways no longer than a limit.
 void findTruncation(const ContinuousQuery& query, std::vector<double>& of_first,
                     std::vector<double>& of_second) {
   of_first.assign(query.first.num_vertices, 1);
@@ -73,16 +71,12 @@ void findTruncation(const ContinuousQuery& query, std::vector<double>& of_first,
     const double first = longestWay(query.first, of_first);
     return query.isSelf() ? first : std::max(first, longestWay(query.second, of_second));
   };
-  constexpr double kGrowth = 4;
-  double limit = std::max(MeanLengths(query.first).edge, MeanLengths(query.second).edge);
-  for (bool is_last = false; !is_last; limit *= kGrowth) {
-    is_last = !(limit < longest() && limit > 0);
-    const SweptPair pair = boxes.overShares(
-        of_first, of_second, is_last ? std::numeric_limits<double>::infinity() : limit);
+  searchByGrowingLimits(query, longest, [&](double limit) {
+    const SweptPair pair = boxes.by(&SweptTree::refitOverShares, of_first, of_second, limit);
     MotionTruncation truncation(pair, boxes.frame(), query.separation, of_first, of_second);
     // On one thread, because the result depends on the order of the pairs.
     TriangleSearch<FeatureFinder<MotionTruncation>>(pair.trees(), truncation, pair).runFromRoots();
-  }
+  });
 }
 
 }  // namespace adaptive_bvh
