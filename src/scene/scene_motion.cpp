@@ -98,8 +98,7 @@ void lowerTo(const SweptPart& first, const SweptPart& second, double separation,
   MotionClearance found;
   if (a.boxed.body.flat())
     found.time = timeOfFlatImpact(a.boxed.body, b.boxed.body, separation, parallel);
-  else if (!findFirstImpact({a.boxed, b.boxed, kNever}, separation, std::min(best.time, 1.),
-                            found))
+  else if (!findFirstImpact({a.boxed, b.boxed, kNever}, separation, std::min(best.time, 1.), found))
     return;
   if (swaps) swapBodies(found);
   const auto numberOf = [](int triangle, const SweptPart& part) {
