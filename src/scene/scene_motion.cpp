@@ -16,7 +16,7 @@
 namespace adaptive_bvh {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kNone = std::numeric_limits<double>::infinity();
 
 /// A body in its step.
 struct SweptBody {
@@ -50,7 +50,7 @@ void forEachPart(const SweptBody& swept, const WorldBox& other, double separatio
     return {a.cwiseMin(b).array() - margin, a.cwiseMax(b).array() + margin};
   };
   const auto bound = [&](const CellBall& ball) {
-    return gapOf(boxOf(ball), other) <= separation ? 0. : kNever;
+    return gapOf(boxOf(ball), other) <= separation ? 0. : kNone;
   };
   const QueryObject object(body.geometry.at(fcl::Transform3d::Identity()));
   object.parts().visit(
@@ -84,7 +84,7 @@ double timeOfFlatImpact(const MovingBody& first, const MovingBody& second, doubl
     if (from.normal.cross(to.normal).norm() > parallel) return 0;
     at_end += (body == &first ? -1 : 1) * n.dot(to.normal) * to.offset;
   }
-  if (at_end > separation) return kNever;
+  if (at_end > separation) return kNone;
   constexpr double kEarly = 1 - 1e-12;
   return (start.distance - separation) / (start.distance - at_end) * kEarly;
 }
@@ -98,7 +98,7 @@ void lowerTo(const SweptPart& first, const SweptPart& second, double separation,
   MotionClearance found;
   if (a.boxed.body.flat())
     found.time = timeOfFlatImpact(a.boxed.body, b.boxed.body, separation, parallel);
-  else if (!findFirstImpact({a.boxed, b.boxed, kNever}, separation, std::min(best.time, 1.), found))
+  else if (!findFirstImpact({a.boxed, b.boxed, kNone}, separation, std::min(best.time, 1.), found))
     return;
   if (swaps) swapBodies(found);
   const auto numberOf = [](int triangle, const SweptPart& part) {
