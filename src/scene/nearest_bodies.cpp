@@ -114,16 +114,13 @@ void SceneState::nearest(BodyId body, std::size_t k, std::vector<Distance>& resu
   const auto tryBody = [&](const Body& other) {
     constexpr double kFar = std::numeric_limits<double>::infinity();
     const bool is_full = result.size() == k;
-    if (&other != &first && admits(first, other)) {
-      Distance found;
-      if (is_full) found.distance = std::nextafter(result.back().distance, kFar);
-      if (improve(first, other, {-1, -1}, found)) {
-        if (!is_full || isNearerBody(found, result.back())) {
-          if (is_full) result.pop_back();
-          result.insert(std::upper_bound(result.begin(), result.end(), found, isNearerBody<double>),
-                        found);
-        }
-      }
+    Distance found;
+    if (is_full) found.distance = std::nextafter(result.back().distance, kFar);
+    if (&other != &first && admits(first, other) && improve(first, other, {-1, -1}, found) &&
+        (!is_full || isNearerBody(found, result.back()))) {
+      if (is_full) result.pop_back();
+      result.insert(std::upper_bound(result.begin(), result.end(), found, isNearerBody<double>),
+                    found);
     }
     return result.size() == k ? slack(result.back().distance) : kFar;
   };

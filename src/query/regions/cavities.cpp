@@ -30,7 +30,7 @@ void SurfacePatches::connectCavities() {
            std::make_tuple(-b.farthest[0], b.body, b.root);
   });
   for (const Enclosed& cavity : enclosed_)
-    if (cavity.has_vertex) connectCavity(cavity, reach);
+    if (std::isfinite(cavity.farthest[0])) connectCavity(cavity, reach);
 }
 
 /// Computes the volume and the area of the parts of each root.
@@ -57,11 +57,10 @@ double SurfacePatches::findFarthestVertices() {
     const std::vector<fcl::Vector3d>& points = (*bodies_)[indexOf(body)].points;
     for (unsigned v = 0; v < points.size(); ++v) {
       reach = std::max(reach, points[v].lpNorm<Eigen::Infinity>());
-      const unsigned root = rootOfVertex(body, v);
-      if (root == kNoRegion) continue;
-      Enclosed& e = enclosed_[numbers_[root]];
-      if (e.has_vertex && points[v][0] < e.farthest[0]) continue;
-      e.has_vertex = true;
+      const unsigned index = regionOf(body, v);  // while building, by root in enclosed_
+      if (index == kNoRegion) continue;
+      Enclosed& e = enclosed_[index];
+      if (points[v][0] < e.farthest[0]) continue;
       e.body = body;
       e.farthest = points[v];
     }
@@ -74,8 +73,8 @@ double SurfacePatches::findFarthestVertices() {
 /// not cross parts of a triangle at the vertex. `reach`: bound of all coordinates.
 void SurfacePatches::connectCavity(const Enclosed& cavity, double reach) {
   for (unsigned octant = 0; octant < 8; ++octant) {
-    const auto signOf = [&](unsigned k) -> double { return octant >> k & 1 ? -1 : 1; };
-    const fcl::Vector3d along(signOf(0), 0.3127 * signOf(1), 0.1741 * signOf(2));
+    const fcl::Vector3d along(octant & 1 ? -1 : 1, octant & 2 ? -0.3127 : 0.3127,
+                              octant & 4 ? -0.1741 : 0.1741);
     around_.clear();
     if (!addWindings(cavity, WhichBody::First, along, reach) ||
         !addWindings(cavity, WhichBody::Second, along, reach))
@@ -167,17 +166,15 @@ void SurfacePatches::addWinding(const Line& line, const Piece& piece, int times)
   around_.push_back({rootOf(piece.element), v1 > v0 ? times * piece.count : -times * piece.count});
 }
 
-/// Returns a root other than `own` whose numbers in around_ do not add up to 0; kNoRegion if there
-/// is none.
+/// Returns a root other than `own` whose numbers in around_ do not add up to 0, or kNoRegion.
 unsigned SurfacePatches::rootAround(unsigned own) {
   std::sort(around_.begin(), around_.end(),
             [](const Winding& a, const Winding& b) { return a.root < b.root; });
-  int number = 0;
-  for (std::size_t i = 0; i < around_.size(); ++i) {
-    if (i > 0 && around_[i].root != around_[i - 1].root) number = 0;
-    number += around_[i].number;
-    const bool is_last = i + 1 == around_.size() || around_[i + 1].root != around_[i].root;
-    if (is_last && number != 0 && around_[i].root != own) return around_[i].root;
+  for (std::size_t i = 0; i < around_.size();) {
+    const unsigned root = around_[i].root;
+    int number = 0;
+    for (; i < around_.size() && around_[i].root == root; ++i) number += around_[i].number;
+    if (number != 0 && root != own) return root;
   }
   return kNoRegion;
 }

@@ -64,13 +64,12 @@ struct RegionSums {
   /// which of them are inside the other body. Of two alike faces, the one behind is (the second
   /// body's, if the first's is in front). Of two opposite faces, which touch, both are, or none.
   void leaveOut(const CoincidingFaces& faces) {
-    const double first_sense = areas[1] < 0 ? -1 : 1, second_sense = areas[0] < 0 ? -1 : 1;
-    const double side = faces.is_first_in_front ? 1 : -1;
-    if (faces.are_alike == (first_sense == second_sense)) {
-      normal += 0.5 * side * (faces.are_alike ? faces.area : -faces.area) * faces.normal;
-    } else if (side == first_sense) {
-      normal -= second_sense * faces.area * faces.normal;
-      touching += second_sense * faces.area * faces.normal;
+    const fcl::Vector3d common = faces.area * faces.normal;
+    if (faces.are_alike) {
+      normal += (faces.is_first_in_front ? 0.5 : -0.5) * common;
+    } else if (faces.is_first_in_front) {
+      normal -= common;
+      touching += common;
     }
   }
   /// Finishes the sums, after all parts. A region as thin as the rounding error consists of
@@ -192,15 +191,36 @@ void placeSurface(const MeshState& mesh, const RelativePlacement& to_first, doub
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     surface.points[v] = to_first.R * (scale * mesh.vertices[v]) + shift;
   surface.faces_inward = false;
-  surface.faces_inward = facesInward(surface);
 }
 
-/// Finds the crossings, the winding numbers and the parts of both surfaces. `epsilon`: of the
+/// Finds the crossings, the winding numbers and the parts of both surfaces, and sums the parts.
+void buildPatches(RegionMemory& memory) {
+  memory.crossings.build(memory.bodies, memory.pairs, memory.rounding);
+  for (const WhichBody body : {WhichBody::First, WhichBody::Second})
+    memory.windings[indexOf(body)].build(memory.bodies, body, memory.crossings);
+  memory.patches.build(memory.bodies, memory.crossings, memory.windings);
+  memory.sums.assign(memory.patches.numRegions(), RegionSums());
+  for (const SurfacePart& part : memory.patches.parts()) memory.sums[part.region].add(part);
+}
+
+/// If a region has a negative volume or area, turns bodies that face inward. Returns whether any
+/// do.
+bool turnOutward(RegionMemory& memory) {
+  const auto is_negative = [](const RegionSums& r) {
+    return r.volume < 0 || r.areas[0] < 0 || r.areas[1] < 0;
+  };
+  if (std::none_of(memory.sums.begin(), memory.sums.end(), is_negative)) return false;
+  for (ClosedSurface& surface : memory.bodies) surface.faces_inward = facesInward(surface);
+  return memory.bodies[0].faces_inward || memory.bodies[1].faces_inward;
+}
+
+/// Finds the parts of both surfaces, with triangles that face outward. `epsilon`: of the
 /// number type of the positions.
 void findPatches(const PlacedMesh& first, const PlacedMesh& second,
                  const RelativePlacement& to_first, double epsilon, RegionMemory& memory) {
   const bool has_none = first.mesh.numTriangles() == 0 || second.mesh.numTriangles() == 0;
   memory.coinciding.clear();
+  memory.sums.clear();
   if (has_none || areBallsFarther(first, second, to_first, 0)) return memory.patches.clear();
   const double shift = to_first.T.cwiseAbs().maxCoeff(),
                extent = std::max(extentOf(first), extentOf(second)) + shift,
@@ -215,10 +235,8 @@ void findPatches(const PlacedMesh& first, const PlacedMesh& second,
   memory.bodies[0].rays = &first_rays;
   memory.bodies[1].rays = &second_rays;
   collectCandidates(first, second, memory.pairs);
-  memory.crossings.build(memory.bodies, memory.pairs, memory.rounding);
-  for (const WhichBody body : {WhichBody::First, WhichBody::Second})
-    memory.windings[indexOf(body)].build(memory.bodies, body, memory.crossings);
-  memory.patches.build(memory.bodies, memory.crossings, memory.windings);
+  buildPatches(memory);
+  if (turnOutward(memory)) buildPatches(memory);
   findCoincidingFaces(memory.bodies, memory.crossings, memory.patches, memory.coinciding);
 }
 
@@ -257,8 +275,6 @@ void findDepths(WhichBody body, const MeshState& other, const RelativePlacement&
 
 /// Sets the sums of all regions from the patches, and the depths.
 void sumRegions(const PlacedMesh& first, const PlacedMesh& second, RegionMemory& memory) {
-  memory.sums.assign(memory.patches.numRegions(), RegionSums());
-  for (const SurfacePart& part : memory.patches.parts()) memory.sums[part.region].add(part);
   for (const CoincidingFaces& faces : memory.coinciding) memory.sums[faces.region].leaveOut(faces);
   for (RegionSums& sums : memory.sums) sums.finish(memory.rounding);
   if (memory.sums.empty()) return;

@@ -45,17 +45,11 @@ void SurfacePatches::connect(unsigned a, unsigned b) {
   parents_[std::max(a, b)] = std::min(a, b);
 }
 
-/// The root of a vertex inside the other body; kNoRegion for other vertices.
-unsigned SurfacePatches::rootOfVertex(WhichBody body, unsigned vertex) const {
+unsigned SurfacePatches::regionOf(WhichBody body, unsigned vertex) const {
   const SurfaceWinding& winding = (*windings_)[indexOf(body)];
   const unsigned label = winding.label(vertex);
   if (label == SurfaceWinding::kNoLabel || winding.numberOf(label) == 0) return kNoRegion;
-  return rootOf(labelElement(body, label));
-}
-
-unsigned SurfacePatches::regionOf(WhichBody body, unsigned vertex) const {
-  const unsigned root = rootOfVertex(body, vertex);
-  return root == kNoRegion ? kNoRegion : numbers_[root];
+  return numbers_[rootOf(labelElement(body, label))];
 }
 
 /// Collects the pieces of all triangles of a body that cross the other body.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "query/regions/crossings.h"
@@ -97,11 +98,10 @@ class SurfacePatches {
   struct Enclosed {
     unsigned root;
     double volume, area;
-    fcl::Vector3d origin;     ///< a point of a part; volumes are summed relative to it
-    bool has_vertex = false;  ///< a part has a vertex inside the other body
-    // The farthest of these along x, and the body to which it belongs.
+    fcl::Vector3d origin;  ///< a point of a part; volumes are summed relative to it
+    // The vertex of a part that is farthest along x, and its body; infinite if there is none.
+    fcl::Vector3d farthest = fcl::Vector3d::Constant(-std::numeric_limits<double>::infinity());
     WhichBody body = WhichBody::First;
-    fcl::Vector3d farthest = fcl::Vector3d::Zero();
   };
   /// How often a root's surface winds around a point, or a part of the number.
   struct Winding {
@@ -119,7 +119,6 @@ class SurfacePatches {
     return body == WhichBody::First ? label : first_labels_ + label;
   }
   unsigned rootOf(unsigned element) const;
-  unsigned rootOfVertex(WhichBody body, unsigned vertex) const;
   void connect(unsigned a, unsigned b);
 
   void cutTriangles(WhichBody body);
