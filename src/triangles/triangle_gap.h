@@ -41,9 +41,7 @@ class DistanceRounding {
   bool isClear(double distance) const { return distance > 4 * of_separations_; }
   /// The distance minus both errors: candidates that are not nearer count as equally near. Infinite
   /// if the distance is.
-  double below(double distance) const {
-    return distance * (1 - 18 * 0x1p-52) - of_separations_;
-  }
+  double below(double distance) const { return distance * (1 - 18 * 0x1p-52) - of_separations_; }
 
  private:
   double of_separations_;
