@@ -37,7 +37,7 @@ int main() {
   adaptive_bvh::TuningOptions options;
   options.population = 10;
   options.generations = 12;
-  options.criteria = {FitnessCriterion::A, FitnessCriterion::AB, FitnessCriterion::AD};
+  options.criteria = {FitnessCriterion::A, FitnessCriterion::AB, FitnessCriterion::ABOrBC};
   options.max_inflation.high = 0.5;  // where p_max is searched
   options.progress = [](const adaptive_bvh::TuningProgress& progress) {
     if (progress.generation == 0)

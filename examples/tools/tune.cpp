@@ -27,10 +27,10 @@ using namespace adaptive_bvh;  // NOLINT: a program around it
 using Positions = std::vector<fcl::Vector3d>;
 
 const std::map<std::string, FitnessCriterion> kCriteria = {
-    {"A", FitnessCriterion::A},          {"B", FitnessCriterion::B},
-    {"AB", FitnessCriterion::AB},        {"BC", FitnessCriterion::BC},
-    {"ABC", FitnessCriterion::ABC},      {"A|BC", FitnessCriterion::AOrBC},
-    {"AB|BC", FitnessCriterion::ABOrBC}, {"AD", FitnessCriterion::AD}};
+    {"A", FitnessCriterion::A},         {"B", FitnessCriterion::B},
+    {"AB", FitnessCriterion::AB},       {"BC", FitnessCriterion::BC},
+    {"ABC", FitnessCriterion::ABC},     {"A|BC", FitnessCriterion::AOrBC},
+    {"AB|BC", FitnessCriterion::ABOrBC}};
 
 volatile std::sig_atomic_t interrupted = 0;
 
@@ -123,7 +123,7 @@ int main(int argc, char** argv) {
   app.add_option("--sequence", sequence, "Your meshes, one a frame, in order, of one topology");
   app.add_option("--obstacle", obstacle, "The mesh to which distances are computed");
   app.add_option("--resolution", resolutions, "Of the five scenarios; several do");
-  app.add_option("--criterion", criteria, "Only these: A, B, AB, BC, ABC, A|BC, AB|BC, AD")
+  app.add_option("--criterion", criteria, "Only these: A, B, AB, BC, ABC, A|BC, AB|BC")
       ->transform(CLI::CheckedTransformer(kCriteria));
   app.add_option("--population", options.population, "Policies at a time");
   app.add_option("--generations", options.generations, "For each criterion");

@@ -67,10 +67,17 @@ struct Supported {
 /// the tree is read next.) To construct a model by a move needs memory for an empty one, and ends
 /// the program without it. To assign by a move needs none.
 ///
-/// **Ownership.** As in FCL the model owns its arrays. `vertices` is for reading: positions change
-/// through the calls below. Its address stays the same over replace* and `update`. Positions given
-/// to any call may lie in the model's own `vertices` and `prev_vertices`: they are read before
-/// anything is written. (`update` then copies them first, and refuses all of `vertices`.)
+/// **Ownership.** As in FCL the model owns its arrays. The address of `vertices` stays the same
+/// over replace* and `update`. Positions given to any call may lie in the model's own `vertices`
+/// and `prev_vertices`: they are read before anything is written. (`update` then copies them
+/// first.)
+///
+/// **Writing into `vertices`.** Positions change through the calls below, which compare with those
+/// that the volumes enclose. So what was written into `vertices` may be handed in by these calls,
+/// as in FCL; a step that is refused, incomplete or abandoned restores the positions of the last
+/// one. Only `update` does not read `vertices`: unless a step by FCL's calls was begun, what was
+/// written there stays, and is not enclosed, where an update of some vertices does not name the
+/// vertex, or an update of all is at rest (its positions are those of the last step).
 ///
 /// BV is fcl::RSS<S> or fcl::OBBRSS<S>, S float or double; all four are compiled into the library.
 /// An OBBRSS is a box beside the swept sphere: FCL's collisions test the box, its distances the
@@ -94,7 +101,7 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   explicit AdaptiveBVHModel(HierarchyStrategy strategy);
 
   /// Deep: the copy is updated and queried apart from the original. Copies every array, nodes
-  /// included: about 430 bytes a triangle in double precision; and the mesh, if there is one.
+  /// included: about 440 bytes a triangle in double precision; and the mesh, if there is one.
   AdaptiveBVHModel(const AdaptiveBVHModel& other);
 
   /// Takes over everything, in constant time. `other` is then in the state of the default
@@ -184,9 +191,8 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
 
   /// Takes the positions of a step, one per vertex in order, without an intermediate copy, and
   /// updates the tree. Abandons a step that was begun by FCL's calls. Allocates nothing. Throws
-  /// std::invalid_argument if `count` is wrong, if a coordinate is not finite or too large (the
-  /// message names the vertex), or if `positions` is the model's own `vertices`: the motion of a
-  /// mesh that was written in place is unknown. Throws std::logic_error if the model is not built.
+  /// std::invalid_argument if `count` is wrong, or if a coordinate is not finite or too large (the
+  /// message names the vertex). Throws std::logic_error if the model is not built.
   /// The model then keeps its positions.
   const UpdateReport& update(const Point* positions, std::size_t count);
   /// From a vector.
@@ -209,7 +215,7 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
       return updateColumns(positions.derived().transpose());
     } else {
       const bool columns = positions.rows() == 3, rows = positions.cols() == 3;
-      if (columns == rows) refuseShape(positions.rows(), positions.cols());
+      if (columns == rows) detail::refusePointMatrix(positions.rows(), positions.cols());
       return columns ? updateColumns(positions.derived().template topRows<3>())
                      : updateColumns(positions.derived().template leftCols<3>().transpose());
     }
@@ -314,8 +320,7 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   void repair() const;
   const UpdateReport& take(const Point* positions, std::size_t count, const unsigned* indices);
   const UpdateReport& updateColumns(const Columns& positions);
-  [[noreturn]] void refuseShape(Eigen::Index rows, Eigen::Index columns) const;
-  void requireBuilt();
+  void requireBuilt() const;
 
   std::unique_ptr<State> state_;
 };

@@ -3,8 +3,8 @@
 namespace adaptive_bvh {
 
 /// When a bounding volume counts as unfit and is refitted: the seven logical combinations of the
-/// three fitness tests of thesis section 4.5, the two extremes it compares them with, and one of
-/// this library's own. A name without "Or" is a conjunction: `ABOrBC` reads (A and B) or (B and C).
+/// three fitness tests of thesis section 4.5, and the two extremes it compares them with. A name
+/// without "Or" is a conjunction: `ABOrBC` reads (A and B) or (B and C).
 ///
 /// - Test A, inflation factor (4.4.1): the volume grew by more than `max_inflation`.
 /// - Test B, recent traversal (4.4.2): a recording query (query.h) since the last update went below
@@ -13,13 +13,13 @@ namespace adaptive_bvh {
 ///   were so far from the other side that the original volume would have been a better bound than
 ///   the inflated one. C implies B. Overlap tests compute no distances, so collisions record
 ///   nothing for C.
-/// - Test D, obstruction: in such a visit the volume was tested, and would have ended the descent
-///   without its inflation. FCL's traversals of two meshes do not reveal that, so every visit
-///   counts for them. D implies B.
 ///
 /// Queries of a DeformableMesh, including that of AdaptiveBVHModel::mesh, record nothing.
 ///
-/// If no query recorded since the last update, B and D are true for every node, and C is false.
+/// If no query recorded since the last update, B is true for every node, and C is false.
+///
+/// A step that moves no vertex is judged, too, unless the criterion is A or RefitNone: by these it
+/// refits nothing.
 enum class FitnessCriterion {
   A,          ///< thesis i, the default
   B,          ///< thesis ii; also how the thesis models Larsson and Akenine-Moeller (2006)
@@ -30,7 +30,6 @@ enum class FitnessCriterion {
   ABOrBC,     ///< thesis vii, the best of Table 2
   RefitAll,   ///< every node, every step: what FCL's top-down refit does
   RefitNone,  ///< never: nodes only inflate
-  AD,         ///< nodes that are too inflated and obstruct a query
 };
 
 /// How an update keeps a volume that it does not refit around its moving triangles.

@@ -94,10 +94,9 @@ struct TuningOptions {
   ParameterRange child_distance_ratio = {0, 1};  ///< of RefitPolicy::child_distance_ratio
   ParameterRange min_inflation = {0, 1};         ///< of RefitPolicy::min_inflation
   /// Criteria to search, one after the other.
-  std::vector<FitnessCriterion> criteria = {FitnessCriterion::A,      FitnessCriterion::B,
-                                            FitnessCriterion::AB,     FitnessCriterion::BC,
-                                            FitnessCriterion::ABC,    FitnessCriterion::AOrBC,
-                                            FitnessCriterion::ABOrBC, FitnessCriterion::AD};
+  std::vector<FitnessCriterion> criteria = {
+      FitnessCriterion::A,   FitnessCriterion::B,     FitnessCriterion::AB,    FitnessCriterion::BC,
+      FitnessCriterion::ABC, FitnessCriterion::AOrBC, FitnessCriterion::ABOrBC};
   /// Values that are not searched: the inflation reference and the leaf rule.
   RefitPolicy base;
   TuningObjective objective = TuningObjective::CountedWork;  ///< is minimised

@@ -1,7 +1,5 @@
 #include "deformable/body_axes.h"
 
-#include <algorithm>
-
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 
@@ -13,11 +11,7 @@ void BestFitRotation::start(const fcl::Vector3d* positions, const VertexSlots& s
                             const fcl::Matrix3d& axes, double scale) {
   axes_ = axes;
   scale_ = scale;
-  // Evenly in the order of the leaves, where neighbours are near each other.
-  const std::size_t triangles = slots.leaves(), count = std::min(kSamples, triangles);
-  vertices_.resize(static_cast<Eigen::Index>(count));
-  for (std::size_t i = 0; i < count; ++i)
-    vertices_[static_cast<Eigen::Index>(i)] = slots.verticesOf(i * triangles / count)[i % 3];
+  vertices_ = slots.samples();
   start_ = last_ = samplesOf(positions);
 }
 

@@ -15,8 +15,7 @@ namespace adaptive_bvh {
 class BestFitRotation {
  public:
   /// Restarts with the body's current positions and `axes`. `scale` brings the body's size to about
-  /// 1. Samples a different corner of successive triangles, because the first corners of long
-  /// slivers may be collinear.
+  /// 1.
   void start(const fcl::Vector3d* positions, const VertexSlots& slots, const fcl::Matrix3d& axes,
              double scale);
 
@@ -25,19 +24,16 @@ class BestFitRotation {
   /// their distances since the last computation. Returns whether `axes` changed.
   bool update(const fcl::Vector3d* positions, fcl::Matrix3d& axes);
 
-  static constexpr std::size_t kSamples = 12;
-  /// Indices of a few vertices, spread over the body.
-  using Vertices = Eigen::Matrix<unsigned, Eigen::Dynamic, 1, 0, int(kSamples), 1>;
-  const Vertices& samples() const { return vertices_; }
+  const VertexSlots::Samples& samples() const { return vertices_; }
 
  private:
-  using Samples = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, int(kSamples)>;
+  using Samples = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, VertexSlots::kSamples>;
 
   Samples samplesOf(const fcl::Vector3d* positions) const;
 
   fcl::Matrix3d axes_ = fcl::Matrix3d::Identity();  ///< at the start
   double scale_ = 1;
-  Vertices vertices_;
+  VertexSlots::Samples vertices_;
   Samples start_, last_;  ///< positions of vertices_ at the start, and at the last computation
 };
 

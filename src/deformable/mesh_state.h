@@ -9,7 +9,7 @@
 #include "boxes/feature_leaves.h"
 #include "boxes/wide_tree.h"
 #include "deformable/body_axes.h"
-#include "deformable/moved_leaves.h"
+#include "hierarchy/dirty_nodes.h"
 #include "mesh/boundary_loops.h"
 #include "mesh/components.h"
 #include "mesh/local_bounds.h"
@@ -45,9 +45,9 @@ struct MeshState {
   std::vector<Point> vertices;
   std::vector<Point> previous;  ///< empty unless the last update was a two-frame update
   LocalBounds<double> bounds;
-  WideTree tree;      ///< boxes of `vertices`
-  MovedLeaves moved;  ///< created by the first update of some vertices
-  BodyAxes axes;      ///< axes of the tree's coordinates
+  WideTree tree;     ///< boxes of `vertices`
+  DirtyNodes moved;  ///< created by the first update of some vertices
+  BodyAxes axes;     ///< axes of the tree's coordinates
   /// Accumulated motion bound: the sum of the largest displacements of all updates, rounded up.
   double travel = 0;
   /// Identifies the sequence of updates over which `travel` accumulates. A copy shares it, and gets

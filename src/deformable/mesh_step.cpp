@@ -7,11 +7,11 @@
 #include <string>
 #include <utility>
 
-#include "base/number_text.h"
 #include "base/stopwatch.h"
 #include "boxes/wide_tree.h"
 #include "hierarchy/bottom_up.h"
 #include "mesh/local_bounds.h"
+#include "mesh/position_errors.h"
 #include "mesh/vertex_summary.h"
 
 namespace adaptive_bvh {
@@ -23,24 +23,10 @@ std::uint64_t newNumber() {
   return last.fetch_add(1, std::memory_order_relaxed) + 1;
 }
 
-/// Whether a position is finite and small enough (rounding::largestCoordinate).
-template <typename S>
-bool isUsablePosition(const fcl::Vector3<S>& position) {
-  return position.cwiseAbs().maxCoeff() <= rounding::largestCoordinate<S>() && position.allFinite();
-}
-
 /// Throws unless position i, of vertex indexOf(i), can be used for every i.
 template <typename S, typename Positions, typename IndexOf>
 void requireUsable(const Positions& positions, std::size_t count, const IndexOf& indexOf) {
-  for (std::size_t i = 0; i < count; ++i) {
-    const fcl::Vector3<S>& x = positions[i];  // refers to a copy for a PositionArray
-    if (isUsablePosition<S>(x)) continue;
-    int k = 0;
-    while (std::abs(x[k]) <= rounding::largestCoordinate<S>()) ++k;
-    throw std::invalid_argument("DeformableMesh: coordinate " + std::string(1, "xyz"[k]) +
-                                " of vertex " + std::to_string(indexOf(i)) + " is " +
-                                textOf(double(x[k])) + (std::isfinite(x[k]) ? ", too large" : ""));
-  }
+  requireUsablePositions<S>("DeformableMesh", positions, count, indexOf);
 }
 
 /// Tree coordinates along the body's axes, with its centre as origin. The body's coordinates are
@@ -102,6 +88,25 @@ void addTravel(MeshState& state) {
   state.travel = rounding::sum(state.travel, state.report.largest_displacement);
 }
 
+/// The nodes of a four-wide tree, for updates of some vertices.
+DirtyNodes dirtyNodesOf(const WideTree& tree, std::size_t num_vertices) {
+  std::vector<unsigned> parents(static_cast<std::size_t>(tree.size()), 0);
+  for (int n = 0; n < tree.size(); ++n) {
+    const WideNode& node = tree.nodes()[n];
+    for (int i = 0; i < node.count && !node.isLeaf(); ++i)
+      parents[static_cast<std::size_t>(node.below[i])] = static_cast<unsigned>(n);
+  }
+  return {num_vertices, std::move(parents), [&](const auto& visit) {
+            for (int n = 0; n < tree.size(); ++n) {
+              const WideNode& node = tree.nodes()[n];
+              for (int i = 0; i < node.count && node.isLeaf(); ++i)
+                for (int k = 0; k < 3; ++k)
+                  visit(static_cast<unsigned>(tree.corners(unsigned(node.first + i))[k]),
+                        static_cast<unsigned>(n));
+            }
+          }};
+}
+
 /// The number of threads for an update; 1 for small meshes, where distributing tasks costs more
 /// than it gains.
 int threadsOf(const MeshState& state) {
@@ -149,7 +154,7 @@ StepMemory::StepMemory(HeldMesh<S>& mesh, UpdateKind kind)
   state.tree.reserve(pool);
   if (kind == UpdateKind::TwoFrames) state.previous.reserve(state.vertices.size());
   if (kind == UpdateKind::Some && state.moved.isEmpty())
-    state.moved = MovedLeaves(state.tree, state.vertices.size());
+    state.moved = dirtyNodesOf(state.tree, state.vertices.size());
   mesh.reserve();
 }
 
@@ -299,10 +304,13 @@ class MovedVertices {
     box_.finish(state_.vertices.data(), state_.vertices.size(), state_.bounds);
     state_.report.turned = state_.axes.update(state_.vertices);
     if (!fits_ || state_.report.turned) {
-      state_.moved.refitAll([](int) {});  // only clears the marks
+      state_.moved.unmarkAll();
       refit(state_, pool);
     } else {
-      state_.moved.refitAll([&](int node) { state_.tree.refitNode(state_.vertices.data(), node); });
+      for (int node = state_.moved.size(); (node = state_.moved.before(node)) >= 0;) {
+        state_.tree.refitNode(state_.vertices.data(), node);
+        state_.moved.unmark(node);
+      }
       state_.version = newNumber();
     }
     state_.report.largest_displacement =

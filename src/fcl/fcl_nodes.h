@@ -40,8 +40,7 @@ class FclNodes final : public MeshNodes {
     children[1].node = model_.getBV(node.node).rightChild();
     return 2;
   }
-  /// Counts for test D as well (TraversalStatistics).
-  void recordVisit(MeshNode node) const override { statistics_.recordObstruction(node.node, 0); }
+  void recordVisit(MeshNode node) const override { statistics_.recordVisit(node.node, 0); }
   void recordTests(std::size_t node_tests, std::size_t triangle_tests) const override {
     QueryWork work;
     work.bv_tests = node_tests;

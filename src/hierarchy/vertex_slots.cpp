@@ -1,5 +1,7 @@
 #include "hierarchy/vertex_slots.h"
 
+#include <algorithm>
+
 #include "base/scratch.h"
 
 namespace adaptive_bvh {
@@ -78,6 +80,14 @@ void VertexSlots::assign(const OrderedTree& tree, const MeshView<S>& mesh,
   for (unsigned v = 0; v < static_cast<unsigned>(num_vertices); ++v)
     if (!numbers.isNumbered(v)) vertices_.push_back(v);
   vertices_.shrink_to_fit();
+}
+
+VertexSlots::Samples VertexSlots::samples() const {
+  const auto count = static_cast<Eigen::Index>(std::min<std::size_t>(kSamples, leaves()));
+  Samples samples(count);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+    samples[Eigen::Index(i)] = verticesOf(i * leaves() / static_cast<std::size_t>(count))[i % 3];
+  return samples;
 }
 
 template void VertexSlots::assign(const OrderedTree&, const MeshView<float>&, std::size_t);

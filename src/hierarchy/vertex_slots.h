@@ -52,6 +52,13 @@ class VertexSlots {
     return {vertices_[slots[0]], vertices_[slots[1]], vertices_[slots[2]]};
   }
 
+  static constexpr int kSamples = 12;
+  using Samples = Eigen::Matrix<unsigned, Eigen::Dynamic, 1, 0, kSamples, 1>;
+  /// Returns a few vertices, spread evenly over the leaves, where neighbours are near each other:
+  /// different corners of successive triangles, because the first corners of long slivers may be
+  /// collinear.
+  Samples samples() const;
+
   /// The slots of `count` leaves from `first` on, which must be all leaves below one node.
   Set below(std::size_t first, std::size_t count) const {
     const unsigned block = leaves_[first].block;

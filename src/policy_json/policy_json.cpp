@@ -20,7 +20,7 @@ std::vector<std::string> namesOf(Propagation) {
 std::vector<std::string> namesOf(InflationReference) { return {"node size", "original radius"}; }
 std::vector<std::string> namesOf(FitnessCriterion) {
   std::vector<std::string> names;
-  for (int i = 0; i <= static_cast<int>(FitnessCriterion::AD); ++i)
+  for (int i = 0; i <= static_cast<int>(FitnessCriterion::RefitNone); ++i)
     names.emplace_back(toString(static_cast<FitnessCriterion>(i)));
   return names;
 }

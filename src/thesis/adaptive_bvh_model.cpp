@@ -7,11 +7,17 @@
 #include "thesis/fcl_build.h"
 #include "thesis/fcl_model.h"
 #include "thesis/model_state.h"
-#include "thesis/position_errors.h"
 
 // AdaptiveBVHModel: construction, updates in one call, the mesh of our queries, and inspection.
 // FCL's functions that build and update a model are in fcl_calls.cpp.
 namespace adaptive_bvh {
+namespace {
+
+[[noreturn]] void refuseUpdate(const std::string& what) {
+  throw std::invalid_argument("AdaptiveBVHModel::update: " + what);
+}
+
+}  // namespace
 
 // ---- construction -------------------------------------------------------------------------------
 
@@ -77,8 +83,7 @@ AdaptiveBVHModel<BV>::~AdaptiveBVHModel() = default;
 template <typename BV>
 const UpdateReport& AdaptiveBVHModel<BV>::take(const Point* positions, std::size_t count,
                                                const unsigned* indices) {
-  if (!takeStep(*this, *state_, {StepKind::Replace, positions, count, indices}))
-    refuseCoordinate<S>(positions, indices);
+  takeStep(*this, *state_, {StepKind::Replace, positions, count, indices});
   return state_->report;
 }
 
@@ -88,9 +93,6 @@ const UpdateReport& AdaptiveBVHModel<BV>::update(const Point* positions, std::si
   if (count != static_cast<std::size_t>(this->num_vertices))
     refuseUpdate(std::to_string(count) + " positions given for " +
                  std::to_string(this->num_vertices) + " vertices");
-  if (positions == this->vertices)
-    refuseUpdate(
-        "the positions are the model's own vertices; keep the new ones in an array of their own");
   return take(positions, count, nullptr);
 }
 
@@ -104,11 +106,6 @@ const UpdateReport& AdaptiveBVHModel<BV>::updateColumns(const Columns& positions
   static_assert(sizeof(Point) == 3 * sizeof(S), "a column is a point");
   return update(reinterpret_cast<const Point*>(positions.data()),
                 static_cast<std::size_t>(positions.cols()));
-}
-
-template <typename BV>
-void AdaptiveBVHModel<BV>::refuseShape(Eigen::Index rows, Eigen::Index columns) const {
-  refuseMatrix(rows, columns, this->num_vertices);
 }
 
 template <typename BV>
@@ -133,11 +130,10 @@ const UpdateReport& AdaptiveBVHModel<BV>::update(const std::vector<unsigned>& in
   return update(indices.data(), positions.data(), indices.size());
 }
 
-/// Throws unless the model is built. Abandons a step that was begun through FCL's calls.
+/// Throws unless the model is built.
 template <typename BV>
-void AdaptiveBVHModel<BV>::requireBuilt() {
-  state_->buffer.abandon(this->build_state);
-  if (!isBuilt(*this))
+void AdaptiveBVHModel<BV>::requireBuilt() const {
+  if (!isBuilt(*this) && !state_->buffer.isOpen(this->build_state))
     throw std::logic_error("AdaptiveBVHModel::update: the model is not built; call endModel first");
 }
 
@@ -271,7 +267,6 @@ template <typename BV>
 std::size_t AdaptiveBVHModel<BV>::trackingBytes() const {
   const State& state = *state_;
   return sizeof(State) + state.tree.bytes() + state.update.bytes() + state.buffer.bytes() +
-         state.moved.capacity() * sizeof(Point) +
          (state.mesh ? state.mesh->bytes() - sizeof(*state.mesh) : 0);
 }
 

@@ -33,10 +33,25 @@ void Topology::assign(const fcl::BVHModel<BV>& model) {
   }
 }
 
+DirtyNodes Topology::dirtyNodes(std::size_t num_vertices) const {
+  const auto pairOf = [](int node) { return static_cast<unsigned>(node + 1) / 2; };
+  const int nodes = static_cast<int>(links.size());
+  std::vector<unsigned> parents(slots.leaves(), 0);
+  for (int i = 0; i < nodes; ++i)
+    if (!isLeaf(i)) parents[innerIndex(i) + 1] = pairOf(i);
+  return {num_vertices, std::move(parents), [&](const auto& visit) {
+            for (int i = 0; i < nodes; ++i)
+              if (isLeaf(i))
+                for (unsigned v : slots.verticesOf(static_cast<std::size_t>(leafIndex(i))))
+                  visit(v, pairOf(i));
+          }};
+}
+
 template <typename BV>
 void AdaptiveTree<BV>::assign(const fcl::BVHModel<BV>& model) {
   ++resets;
   topology.assign(model);
+  positions.assign(model.vertices, model.vertices + model.num_vertices);
   statistics.reset(model.getNumBVs());
   refits.reset(model.getNumBVs());
 }

@@ -11,6 +11,7 @@
 #include <fcl/geometry/bvh/BVH_model.h>
 
 #include "base/rounding.h"
+#include "hierarchy/dirty_nodes.h"
 #include "hierarchy/vertex_slots.h"
 #include "thesis/traversal_statistics.h"
 #include "thesis/volumes/volume.h"
@@ -44,6 +45,21 @@ struct Topology {
 
   template <typename BV>
   void assign(const fcl::BVHModel<BV>& model);
+
+  /// For steps of some vertices. A node of it stands for a pair of siblings: 0 for the root, and
+  /// k + 1 for the children of the k-th inner node, 2k+1 and 2k+2.
+  DirtyNodes dirtyNodes(std::size_t num_vertices) const;
+  /// Calls visit(slot) for every slot of a vertex (see VertexSlots), for some slots more than once.
+  /// A vertex without a triangle has none.
+  template <typename Visit>
+  void forEachSlot(unsigned vertex, const DirtyNodes& pairs, Visit&& visit) const {
+    pairs.forEachLeaf(vertex, [&](unsigned pair) {
+      for (int node = pair == 0 ? 0 : 2 * int(pair) - 1; node <= 2 * int(pair); ++node)
+        if (isLeaf(node))
+          for (unsigned slot : slots.slotsOf(static_cast<std::size_t>(leafIndex(node))))
+            if (slots.vertices()[slot] == vertex) visit(slot);
+    });
+  }
 
   /// The capacity that the stack of a post-order traversal needs.
   std::size_t stackCapacity() const { return static_cast<std::size_t>(depth) + 2; }
@@ -199,30 +215,29 @@ class ChangeDetector {
   BV copy_;
 };
 
+/// A mutex that every object has for itself, also a copy.
+struct OwnMutex : std::mutex {
+  OwnMutex() = default;
+  OwnMutex(const OwnMutex&) {}
+};
+
 /// The data stored beside FCL's tree of one model: its topology, the inflations that an update
 /// works with, the statistics that queries recorded, and a detector of changes by others.
 template <typename BV>
 struct AdaptiveTree {
   using S = typename BV::S;
 
-  AdaptiveTree() = default;
-  /// Copies everything but the mutex.
-  AdaptiveTree(const AdaptiveTree& other)
-      : resets(other.resets),
-        topology(other.topology),
-        inflations(other.inflations),
-        statistics(other.statistics),
-        refits(other.refits),
-        detector(other.detector) {}
-
   /// The number of times that this data was reset: by builds and repairs.
   int resets = 0;
   Topology topology;
+  /// By vertex: the position that the volumes enclose, of the last step. FCL's users may write into
+  /// the model's `vertices` at any time, so a step's displacements count from these.
+  std::vector<fcl::Vector3<S>> positions;
   Inflations<S> inflations;                ///< used with Propagation::TranslationCompensated
   mutable TraversalStatistics statistics;  ///< written by queries, which hold the model const
   RefitMarks refits;                       ///< refits of the last step
   ChangeDetector<BV> detector;
-  std::mutex repairing;  ///< locked while a thread repairs a changed tree, or validates it
+  OwnMutex repairing;  ///< locked while a thread repairs a changed tree, or validates it
 
   /// Resets to FCL's current tree and clears statistics; does not set inflations.
   void assign(const fcl::BVHModel<BV>& model);
@@ -231,7 +246,8 @@ struct AdaptiveTree {
   void restartCoordinateSum(const fcl::BVHModel<BV>& model);
 
   std::size_t bytes() const {
-    return topology.bytes() + inflations.bytes() + statistics.bytes() + refits.bytes();
+    return topology.bytes() + positions.capacity() * sizeof(positions[0]) + inflations.bytes() +
+           statistics.bytes() + refits.bytes();
   }
 };
 
@@ -249,6 +265,10 @@ struct UpdateTarget {
   int nodes() const { return model.getNumBVs(); }  ///< the number of nodes
   BV& volume(int node) const { return model.getBV(node).bv; }
   BV fitted(int node) const;  ///< a volume fitted to the current positions of a node's triangles
+  /// Undoes what FCL's users have written into the model's `vertices` since the last step.
+  void restorePositions() const {
+    std::copy(tree.positions.begin(), tree.positions.end(), model.vertices);
+  }
 };
 
 /// The nodes in [first, last).
@@ -277,6 +297,9 @@ struct StepInput {
   const fcl::Vector3<S>* positions = nullptr;  ///< must not lie in the model's own arrays
   std::size_t count = 0;
   const unsigned* indices = nullptr;  ///< vertex of each position; null: every vertex in order
+  /// Whether FCL's calls found that the positions are those of the last step. Users may have
+  /// written into the model's `vertices` between these calls.
+  bool is_same = false;
 };
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV)       \

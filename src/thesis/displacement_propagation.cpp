@@ -74,10 +74,10 @@ template <typename BV>
 VertexSummary<typename BV::S> DisplacementPropagation<BV>::read(const UpdateTarget<BV>& target,
                                                                 const StepInput<S>& input,
                                                                 int first, int last) {
-  const fcl::BVHModel<BV>& model = target.model;
+  const Point* const present = target.tree.positions.data();
   VertexSummary<S> summary;
   for (int v = first; v < last; ++v) {
-    const Point displacement = input.positions[v] - model.vertices[v];
+    const Point displacement = input.positions[v] - present[v];
     summary.add(input.positions[v], displacement);
     vertex_motion_[static_cast<std::size_t>(v)] = rounding::norm<S>(displacement);
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -7,6 +8,7 @@
 #include "base/task_pool.h"
 #include "mesh/vertex_summary.h"
 #include "thesis/adaptive_tree.h"
+#include "thesis/refit.h"
 
 namespace adaptive_bvh {
 
@@ -59,11 +61,14 @@ class DisplacementPropagation {
                         int last);
   void accept(const UpdateTarget<BV>&, const Summary&) {}
   void discard() {}
+  /// A step at rest: no primitive has moved.
+  void rest(const UpdateTarget<BV>&) { std::fill(latest_.begin(), latest_.end(), S(0)); }
   static bool canFollow(S largest) { return std::isfinite(largest); }
   /// Inflates all volumes, after the step's positions have been written to the model.
   PropagationCounts propagate(const UpdateTarget<BV>& target, const RefitPolicy& policy,
                               TaskPool& pool);
   static bool isInRange() { return true; }
+  static const MayBeUnfit* candidates() { return nullptr; }  ///< a Refitter judges all nodes
 
   /// The current radius of FCL's volume minus its radius at the last refit.
   S inflation(const UpdateTarget<BV>& target, int node) const {

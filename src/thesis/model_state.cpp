@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "deformable/mesh_step.h"
+#include "mesh/position_errors.h"
 #include "thesis/fcl_build.h"
 #include "thesis/fcl_model.h"
 
@@ -12,17 +13,14 @@ namespace adaptive_bvh {
 namespace {
 
 /// Applies to the mesh a step that the model has taken; `vertices` are the model's new positions.
-/// `moved` has room for the positions of a step of some vertices.
 template <typename S>
 void stepMesh(DeformableMesh<S>& mesh, StepMemory& memory, const StepInput<S>& input,
-              const fcl::Vector3<S>* vertices, std::vector<fcl::Vector3<S>>& moved) {
+              const fcl::Vector3<S>* vertices) {
   auto& mesh_state = detail::MeshAccess<S>::held(mesh);
-  if (!input.indices)
-    return takeStep<S>(mesh_state, mesh, PositionArray<S>{vertices[0].data()},
-                       input.kind == StepKind::TwoFrames, memory);
-  // Not from input.positions, which the model's step may have overwritten.
-  for (std::size_t i = 0; i < input.count; ++i) moved[i] = vertices[input.indices[i]];
-  takeStep<S>(mesh_state, mesh, input.indices, moved.data(), input.count, memory);
+  if (input.indices)
+    return takeStep<S>(mesh_state, mesh, input.indices, input.positions, input.count, memory);
+  takeStep<S>(mesh_state, mesh, PositionArray<S>{vertices[0].data()},
+              input.kind == StepKind::TwoFrames, memory);
 }
 
 UpdateKind stepOf(StepKind kind, bool has_indices) {
@@ -59,30 +57,37 @@ int rebuild(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kind) {
 }  // namespace
 
 template <typename BV>
-bool takeStep(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepInput<typename BV::S> input) {
+void takeStep(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepInput<typename BV::S> input) {
   using S = typename BV::S;
   const UpdateTarget<BV> target{model, state.tree};
   UpdateReport report;
   report.resynchronised = repairIfChanged(target, state.update);
-  std::vector<fcl::Vector3<S>> copied_positions;
+  const auto overlaps = [&](const fcl::Vector3<S>* own) {
+    return own && overlap(input.positions, input.count, own, std::size_t(model.num_vertices));
+  };
+  const bool renews_mesh = state.mesh && !state.meshIsCurrent();
+  std::vector<fcl::Vector3<S>> copies;  // of positions in arrays that the step writes or frees
+  if (renews_mesh || overlaps(model.vertices) || overlaps(model.prev_vertices) ||
+      (state.mesh && overlaps(state.mesh->vertices().data()))) {
+    copies.assign(input.positions, input.positions + input.count);
+    input.positions = copies.data();
+  }
+  if (renews_mesh) renewMesh(model, state);
   std::optional<StepMemory> memory;  // the mesh's, allocated before anything changes
-  if (state.mesh) {
-    if (!state.meshIsCurrent()) {
-      // Copied, because input.positions may lie in the mesh, which renewMesh replaces.
-      copied_positions.assign(input.positions, input.positions + input.count);
-      input.positions = copied_positions.data();
-      renewMesh(model, state);
-    }
-    if (input.indices) state.moved.resize(input.count);
+  if (state.mesh)
     memory.emplace(detail::MeshAccess<S>::held(*state.mesh),
                    stepOf(input.kind, input.indices != nullptr));
-  }
-  if (!takeStep<BV>(target, state.update, state.policy, input, report)) return false;
+  if (state.buffer.isOpen(model.build_state)) target.restorePositions();
+  state.buffer.abandon(model.build_state);
+  if (!takeStep<BV>(target, state.update, state.policy, input, report))
+    requireUsablePositions<S>(
+        "AdaptiveBVHModel::update", input.positions, input.count,
+        [&](std::size_t i) { return input.indices ? input.indices[i] : i; },
+        "; the model stays on its last positions");
   state.report = report;
-  if (!memory) return true;
-  stepMesh<S>(*state.mesh, *memory, input, model.vertices, state.moved);
+  if (!memory) return;
+  stepMesh<S>(*state.mesh, *memory, input, model.vertices);
   state.mesh_resets = state.tree.resets;
-  return true;
 }
 
 template <typename BV>
@@ -93,20 +98,30 @@ int beginPositions(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kin
 template <typename BV>
 int addPositions(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kind,
                  const fcl::Vector3<typename BV::S>* positions, std::size_t count) {
-  return state.buffer.add(kind, model.build_state, model.num_vertices, positions, count);
+  const auto& last = state.tree.positions;
+  return state.buffer.add(
+      kind, model.build_state, model.num_vertices, positions, count,
+      last.size() == static_cast<std::size_t>(model.num_vertices) ? last.data() : nullptr);
 }
 
 template <typename BV>
 int endPositions(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kind, bool refit) {
-  int code = state.buffer.end(kind, model.build_state, model.num_vertices);
-  if (code != fcl::BVH_OK) return code;
+  const int ended = state.buffer.end(kind, model.build_state, model.num_vertices);
+  if (ended == fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE) return ended;
   const auto& positions = state.buffer.positions();
-  code = codeOf([&]() -> int {
+  const UpdateTarget<BV> target{model, state.tree};
+  const int code = codeOf([&]() -> int {
+    if (ended != fcl::BVH_OK || !refit) {
+      repairIfChanged(target, state.update);  // then the volumes enclose the present positions
+      target.restorePositions();
+    }
+    if (ended != fcl::BVH_OK) return ended;
     if (!refit) return rebuild(model, state, kind);
-    takeStep(model, state, {kind, positions.data(), positions.size(), nullptr});
+    takeStep(model, state,
+             {kind, positions.data(), positions.size(), nullptr, !state.buffer.moved()});
     return fcl::BVH_OK;
   });
-  if (code != fcl::BVH_OK) state.buffer.reopen(model.build_state);
+  if (ended == fcl::BVH_OK && code != fcl::BVH_OK) state.buffer.reopen(model.build_state);
   return code;
 }
 
@@ -132,8 +147,9 @@ void takeOverBuild(fcl::BVHModel<BV>& model, ModelState<BV>& state, fcl::BVHMode
 }
 
 template <typename BV>
-void renewMesh(const fcl::BVHModel<BV>& model, ModelState<BV>& state) {
+void renewMesh(fcl::BVHModel<BV>& model, ModelState<BV>& state) {
   using S = typename BV::S;
+  UpdateTarget<BV>{model, state.tree}.restorePositions();
   if (model.num_tris == 0) {
     state.mesh.reset();
     return;
@@ -147,13 +163,13 @@ void renewMesh(const fcl::BVHModel<BV>& model, ModelState<BV>& state) {
 }
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV)                                                    \
-  template bool takeStep(fcl::BVHModel<BV>&, ModelState<BV>&, StepInput<BV::S>);        \
+  template void takeStep(fcl::BVHModel<BV>&, ModelState<BV>&, StepInput<BV::S>);        \
   template int beginPositions(fcl::BVHModel<BV>&, ModelState<BV>&, StepKind);           \
   template int addPositions(fcl::BVHModel<BV>&, ModelState<BV>&, StepKind,              \
                             const fcl::Vector3<BV::S>*, std::size_t);                   \
   template int endPositions(fcl::BVHModel<BV>&, ModelState<BV>&, StepKind, bool);       \
   template void takeOverBuild(fcl::BVHModel<BV>&, ModelState<BV>&, fcl::BVHModel<BV>&); \
-  template void renewMesh(const fcl::BVHModel<BV>&, ModelState<BV>&);
+  template void renewMesh(fcl::BVHModel<BV>&, ModelState<BV>&);
 ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 

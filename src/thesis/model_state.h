@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstring>
 #include <optional>
 #include <vector>
 
@@ -27,7 +28,7 @@ class StepBuffer {
     if (!ready) return fcl::BVH_ERR_BUILD_EMPTY_PREVIOUS_FRAME;
     positions_.reserve(static_cast<std::size_t>(vertices));  // first: it may throw
     open_ = true;
-    refused_ = false;
+    refused_ = moved_ = false;
     kind_ = kind;
     resume_state_ = build_state;
     positions_.clear();
@@ -36,11 +37,17 @@ class StepBuffer {
   }
 
   /// Appends positions to the open step. It fails if there are too many, or one is not usable.
+  /// `last` are the positions of all vertices in the last step, or null: these are usable.
   int add(StepKind kind, fcl::BVHBuildState build_state, int vertices, const Point* positions,
-          std::size_t count) {
+          std::size_t count, const Point* last = nullptr) {
     if (!isOpen(kind, build_state)) return fcl::BVH_ERR_BUILD_OUT_OF_SEQUENCE;
-    refused_ |= positions_.size() + count > static_cast<std::size_t>(vertices) ||
-                !usablePositions<S>(positions, count);
+    const std::size_t first = positions_.size();
+    const bool fit = first + count <= static_cast<std::size_t>(vertices);
+    const bool same =
+        count == 0 ||
+        (fit && last && std::memcmp(positions, last + first, count * sizeof(Point)) == 0);
+    moved_ |= !same;
+    refused_ |= !fit || !(same || usablePositions<S>(positions, count));
     if (refused_) return fcl::BVH_ERR_INCORRECT_DATA;
     positions_.insert(positions_.end(), positions, positions + count);
     return fcl::BVH_OK;
@@ -63,13 +70,16 @@ class StepBuffer {
     build_state = begun(kind_);
   }
 
+  bool isOpen(fcl::BVHBuildState build_state) const { return isOpen(kind_, build_state); }
   /// Drops the open step, if any.
   void abandon(fcl::BVHBuildState& build_state) {
-    if (isOpen(kind_, build_state)) build_state = resume_state_;
+    if (isOpen(build_state)) build_state = resume_state_;
     open_ = false;
   }
 
   const std::vector<Point>& positions() const { return positions_; }
+  /// Whether a position differs from that of the last step.
+  bool moved() const { return moved_; }
   std::size_t bytes() const { return positions_.capacity() * sizeof(Point); }
 
  private:
@@ -86,6 +96,7 @@ class StepBuffer {
 
   bool open_ = false;
   bool refused_ = false;  ///< whether `add` has refused positions of this step
+  bool moved_ = false;
   StepKind kind_ = StepKind::Replace;
   fcl::BVHBuildState resume_state_ = fcl::BVH_BUILD_STATE_EMPTY;  ///< build state before `begin`
   std::vector<Point> positions_;                                  ///< of vertices 0, 1, ...
@@ -104,7 +115,6 @@ struct ModelState {
   /// Created by the first call of AdaptiveBVHModel::mesh, then updated in every step.
   std::optional<DeformableMesh<S>> mesh;
   int mesh_resets = 0;  ///< value of AdaptiveTree::resets when `mesh` was last built or updated
-  std::vector<fcl::Vector3<S>> moved;  ///< memory for the positions of a step of some vertices
 
   /// False after a change of the model that `mesh` has not followed.
   bool meshIsCurrent() const { return mesh && mesh_resets == tree.resets; }
@@ -116,11 +126,12 @@ struct AdaptiveBVHModel<BV>::State : ModelState<BV> {};
 // Steps of a whole model: FCL's part, the data beside it, and the mesh of AdaptiveBVHModel::mesh if
 // it exists.
 
-/// Applies a step of all or some vertices to the model and its mesh. Returns false if a position is
-/// not usable. Then, and if it throws std::bad_alloc, nothing has changed: all memory for the mesh
-/// is allocated before the model takes the step.
+/// Applies a step of all or some vertices to the model and its mesh. Abandons a step that was begun
+/// through FCL's calls. Throws std::invalid_argument if a coordinate is not finite or too large.
+/// Then, and if it throws std::bad_alloc, nothing has changed: all memory for the mesh is allocated
+/// before the model takes the step.
 template <typename BV>
-bool takeStep(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepInput<typename BV::S> input);
+void takeStep(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepInput<typename BV::S> input);
 
 /// \name New positions by FCL's calls `replace...` and `update...`; return FCL's codes
 /// \{
@@ -129,7 +140,8 @@ int beginPositions(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kin
 template <typename BV>
 int addPositions(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kind,
                  const fcl::Vector3<typename BV::S>* positions, std::size_t count);
-/// Applies the step. Without `refit`, builds a new tree, like FCL.
+/// Applies the step. Without `refit`, builds a new tree, like FCL. If it is incomplete or refused,
+/// undoes what the user has written into the model's `vertices`.
 template <typename BV>
 int endPositions(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepKind kind, bool refit);
 /// \}
@@ -141,8 +153,9 @@ template <typename BV>
 void takeOverBuild(fcl::BVHModel<BV>& model, ModelState<BV>& state, fcl::BVHModel<BV>& built);
 
 /// Builds the mesh from the model's triangles, in place if it exists; removes it if there are none.
+/// The tree must be current; restores the model's positions.
 template <typename BV>
-void renewMesh(const fcl::BVHModel<BV>& model, ModelState<BV>& state);
+void renewMesh(fcl::BVHModel<BV>& model, ModelState<BV>& state);
 
 namespace detail {
 

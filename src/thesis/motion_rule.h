@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "thesis/refit.h"
-#include "thesis/vertex_leaf_map.h"
 #include "thesis/vertex_states.h"
 
 // The rules of TranslationPropagation's post-order traversal (post_order.h): what is done at each
@@ -32,14 +31,14 @@ struct Subtree {
 /// all vertices below it. (Eight lanes with AVX2 took 4.5 ns per node instead of 5.1 on the
 /// thesis's scenarios with 16 times the triangles, and gained nothing with 64 times.)
 ///
-/// With `kMarks`, marks the candidates for a refit.
+/// With `kMarks`, sets the flag of each node in `candidates`: whether it may be unfit.
 template <typename BV, bool kMarks>
 class MotionRule {
  public:
   using S = typename BV::S;
 
   MotionRule(const UpdateTarget<BV>& target, const Motions<S>& motions, const RefitPolicy& policy,
-             Candidates& candidates)
+             MayBeUnfit* candidates)
       : fcl_nodes_(&target.model.getBV(0)),
         topology_(target.tree.topology),
         motions_(motions),
@@ -50,7 +49,7 @@ class MotionRule {
         least_inflation_(leastInflation(target, unit_)),
         side_share_(policy.reference == InflationReference::NodeSize ? S(0.5) : S(0)),
         least_factor_(S(leastUnfitFactor(policy)) * kBelow),
-        marks_(candidates) {}
+        candidates_(candidates) {}
 
   ADAPTIVE_BVH_INLINE bool isLeaf(int node) const { return topology_.isLeaf(node); }
 
@@ -79,13 +78,16 @@ class MotionRule {
       move(left, a, spreads[0]);
       move(left + 1, b, spreads[2]);
     }
-    if constexpr (kMarks) marks_.mark(left, mayBeUnfit(left) | mayBeUnfit(left + 1) << 1);
+    if constexpr (kMarks) {
+      candidates_[left] = mayBeUnfit(left);
+      candidates_[left + 1] = mayBeUnfit(left + 1);
+    }
   }
 
   ADAPTIVE_BVH_INLINE void applyRoot(const Box& root) {
     const float spread = spreadsOf(root, root)[0];
     if (spread > 0 || has_common_motion_) move(0, root, spread);
-    if constexpr (kMarks) marks_.mark(-1, mayBeUnfit(0) << 1);
+    if constexpr (kMarks) candidates_[0] = mayBeUnfit(0);
   }
 
   PropagationCounts counts() const { return counts_; }
@@ -137,15 +139,15 @@ class MotionRule {
     counts_.inflated += std::max(std::max(sides[0], sides[1]), sides[2]) > least_inflation_;
   }
 
-  /// Returns 1 if the inflation factor (refit.h) may exceed leastUnfitFactor, else 0. Uses a
-  /// slightly lower threshold, because the fitness test rounds differently; its reference length is
-  /// never shorter than this one.
-  ADAPTIVE_BVH_INLINE Candidates::Word mayBeUnfit(int node) const {
+  /// Whether the inflation factor (refit.h) may exceed leastUnfitFactor. Uses a slightly lower
+  /// threshold, because the fitness test rounds differently; its reference length is never shorter
+  /// than this one.
+  ADAPTIVE_BVH_INLINE MayBeUnfit mayBeUnfit(int node) const {
     const BV& bv = fcl_nodes_[node].bv;
     const S inflation = S(inflations_[node]) * unit_;
     const S reference =
         Volume<BV>::radius(bv) - inflation + Volume<BV>::smallestSide(bv) * side_share_;
-    return !(inflation <= least_factor_ * reference);
+    return MayBeUnfit(!(inflation <= least_factor_ * reference));
   }
 
   static constexpr S kBelow = S(0.999);              ///< lowers the threshold of mayBeUnfit
@@ -159,9 +161,9 @@ class MotionRule {
   const S unit_;      ///< Motions::unit
   const S rounding_;  ///< error of moving a volume, in the mesh's units
   const float least_inflation_;
-  const S side_share_;    ///< share of the smallest side in the reference length
-  const S least_factor_;  ///< no volume with a lower inflation factor is unfit
-  Candidates::Marks marks_;
+  const S side_share_;            ///< share of the smallest side in the reference length
+  const S least_factor_;          ///< no volume with a lower inflation factor is unfit
+  MayBeUnfit* const candidates_;  ///< by node
   PropagationCounts counts_;
 };
 
@@ -170,7 +172,7 @@ template <typename BV, bool kMarks>
 class RangeRule : public MotionRule<BV, kMarks> {
  public:
   RangeRule(const UpdateTarget<BV>& target, const Motions<typename BV::S>& motions,
-            const RefitPolicy& policy, Candidates& candidates, int first, int last)
+            const RefitPolicy& policy, MayBeUnfit* candidates, int first, int last)
       : MotionRule<BV, kMarks>(target, motions, policy, candidates),
         end_(first - 2),
         left_(last + 2) {}
@@ -192,7 +194,7 @@ template <typename BV, bool kMarks>
 class AboveRule : public MotionRule<BV, kMarks> {
  public:
   AboveRule(const UpdateTarget<BV>& target, const Motions<typename BV::S>& motions,
-            const RefitPolicy& policy, Candidates& candidates, const std::vector<Subtree>& subtrees)
+            const RefitPolicy& policy, MayBeUnfit* candidates, const std::vector<Subtree>& subtrees)
       : MotionRule<BV, kMarks>(target, motions, policy, candidates),
         next_(subtrees.begin()),
         end_(subtrees.end()),
@@ -220,24 +222,29 @@ class AboveRule : public MotionRule<BV, kMarks> {
   int left_;  ///< left sibling of the current pair
 };
 
-/// Traverses the dirty pairs.
+/// Traverses the pairs above moved vertices.
 template <typename BV>
 class DirtyRule : public MotionRule<BV, false> {
  public:
   DirtyRule(const UpdateTarget<BV>& target, const Motions<typename BV::S>& motions,
-            const RefitPolicy& policy, Candidates& candidates, const DirtyPairs& dirty)
+            const RefitPolicy& policy, MayBeUnfit* candidates, DirtyNodes& nodes)
       : MotionRule<BV, false>(target, motions, policy, candidates),
         topology_(target.tree.topology),
-        dirty_(dirty),
-        left_(target.nodes()) {}
+        nodes_(nodes),
+        pair_(nodes.size()) {}
 
-  int nextPair() { return left_ = dirty_.before(left_); }
-  bool isTraversed(int node) const { return dirty_.isDirty(topology_.left(node)); }
+  int nextPair() {
+    pair_ = nodes_.before(pair_);
+    return 2 * pair_ - 1;
+  }
+  bool isTraversed(int node) const {
+    return nodes_.isMarked(static_cast<int>(topology_.innerIndex(node)) + 1);
+  }
 
  private:
   const Topology& topology_;
-  const DirtyPairs& dirty_;
-  int left_;  ///< left sibling of the current pair
+  DirtyNodes& nodes_;
+  int pair_;  ///< the current pair, as a node of `nodes_`
 };
 
 }  // namespace adaptive_bvh

@@ -17,8 +17,7 @@ namespace adaptive_bvh {
 ///   BVTesting(A1, B2)        returns the distance D_a
 ///   BVTesting(C1, B2)        returns the distance D_c
 /// alpha = D_a - D, beta = D_c - D. FCL never tests the pair of roots, so for this pair there is no
-/// D, and nothing is recorded for test C. Every visit counts for test D, because FCL does not tell
-/// whether a volume would have stopped the traversal without its inflation.
+/// D, and nothing is recorded for test C.
 template <typename Node, typename S>
 class RecordingDistanceNode : public Node {
  public:
@@ -34,7 +33,7 @@ class RecordingDistanceNode : public Node {
   }
 
   bool firstOverSecond(int b1, int b2) const override {
-    statistics_.recordObstruction(b1, b2);
+    statistics_.recordVisit(b1, b2);
     const bool first = Node::firstOverSecond(b1, b2);
     split_side_ = statistics_.side[first ? 0 : 1];
     split_node_ = first ? b1 : b2;
@@ -55,7 +54,7 @@ class RecordingDistanceNode : public Node {
 
   void leafTesting(int b1, int b2) const override {
     ++work_.leaf_tests;
-    statistics_.recordObstruction(b1, b2);
+    statistics_.recordVisit(b1, b2);
     Node::leafTesting(b1, b2);
   }
 
@@ -83,7 +82,7 @@ class RecordingCollisionNode : public Node {
   bool BVTesting(int b1, int b2) const override {
     ++work_.bv_tests;
     const bool disjoint = Node::BVTesting(b1, b2);
-    if (!disjoint) statistics_.recordObstruction(b1, b2);
+    if (!disjoint) statistics_.recordVisit(b1, b2);
     return disjoint;
   }
 

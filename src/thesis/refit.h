@@ -20,9 +20,6 @@ struct NodeFitness {
   double reference;  ///< length that inflations are compared with (InflationReference)
   bool visited;      ///< whether a recording query went below the node since the last update
   double child_gap;  ///< largest min(alpha, beta) (4.4.3) of these visits; -infinity if none
-  /// Whether, in such a visit, the volume was tested, and its inflation may have prevented the
-  /// query from stopping there.
-  bool obstructing = false;
 };
 
 /// The inflation factor (R' - R) / reference, 4.4.1. Zero if the inflation is zero or negative:
@@ -47,9 +44,6 @@ inline bool testC(const NodeFitness& node, const RefitPolicy& policy) {
          node.child_gap > policy.child_distance_ratio * node.inflation;
 }
 
-/// Test D, obstruction (FitnessCriterion).
-inline bool testD(const NodeFitness& node) { return node.obstructing; }
-
 /// Whether the criterion considers a volume unfit only if a query visited it.
 inline bool needsVisit(FitnessCriterion criterion) {
   switch (criterion) {
@@ -58,6 +52,12 @@ inline bool needsVisit(FitnessCriterion criterion) {
     case FitnessCriterion::RefitAll: return false;
     default: return true;
   }
+}
+
+/// Whether volumes that were fit may be unfit after a step at rest: because queries have visited
+/// them, or because all are.
+inline bool judgesAtRest(FitnessCriterion criterion) {
+  return criterion != FitnessCriterion::A && criterion != FitnessCriterion::RefitNone;
 }
 
 /// Whether, given the recorded statistics, only visited volumes can be unfit.
@@ -80,73 +80,14 @@ inline bool isUnfit(const NodeFitness& node, const RefitPolicy& policy) {
     case FitnessCriterion::ABOrBC: return b() && (a() || c());  // (A and B) or (B and C)
     case FitnessCriterion::RefitAll: return true;
     case FitnessCriterion::RefitNone: return false;
-    case FitnessCriterion::AD: return testD(node) && a();
   }
   return true;
 }
 
-/// The nodes that a criterion may consider unfit, one bit per node. The propagation marks them
-/// while their volumes are in the cache, by a test that is quick and may mark too many; a Refitter
-/// judges the marked nodes. Disabled if only visited nodes can be unfit: they are fewer.
-class Candidates {
- public:
-  using Word = std::uint64_t;
-  static constexpr int kWord = 64;  ///< bits of a word
-
-  /// Allocates `nodes` nodes, none marked.
-  void reset(int nodes) { words_.assign(static_cast<std::size_t>(nodes) / kWord + 1, 0); }
-  /// Clears all marks before a propagation; enables or disables marking.
-  void restart(bool on) {
-    on_ = on;
-    if (on) std::fill(words_.begin(), words_.end(), Word(0));
-  }
-  bool isOn() const { return on_; }
-
-  int words() const { return static_cast<int>(words_.size()); }
-  /// Calls visit(node) for each marked node in the words [first, last).
-  template <typename Visit>
-  void forEach(int first, int last, Visit&& visit) const {
-    for (int w = first; w < last; ++w)
-      for (Word word = words_[static_cast<std::size_t>(w)]; word != 0; word &= word - 1)
-        visit(w * kWord + __builtin_ctzll(word) - 1);
-  }
-
-  /// Marks pairs of siblings in traversal order. Each thread needs its own object.
-  class Marks {
-   public:
-    explicit Marks(Candidates& candidates) : words_(candidates.words_.data()) {}
-    ~Marks() { flush(); }
-    Marks(const Marks&) = delete;
-    Marks& operator=(const Marks&) = delete;
-
-    /// Marks the left sibling if the lowest bit of `flags` is set, and the right sibling if the
-    /// second is. With left = -1 the second bit marks the root.
-    ADAPTIVE_BVH_INLINE void mark(int left, Word flags) {
-      const int bit = left + 1;  // even, so that both siblings are in one word
-      if (bit / kWord != index_) {
-        flush();
-        index_ = bit / kWord;
-      }
-      word_ |= flags << bit % kWord;
-    }
-
-   private:
-    void flush() {
-      if (word_ != 0) __atomic_fetch_or(words_ + index_, word_, __ATOMIC_RELAXED);
-      word_ = 0;
-    }
-
-    Word* const words_;
-    int index_ = 0;  ///< of the current word
-    Word word_ = 0;  ///< marks of the current word that are not yet in `words_`
-  };
-
-  std::size_t bytes() const { return words_.capacity() * sizeof(Word); }
-
- private:
-  std::vector<Word> words_;  ///< the bit with number node + 1 stands for a node
-  bool on_ = false;
-};
+/// Whether a propagation found that a volume may be unfit, by a test that is quick and may be wrong
+/// about volumes that are fit. A type of its own, because the compiler must assume that a store to
+/// a std::uint8_t changes any object.
+enum class MayBeUnfit : std::uint8_t { No, Yes };
 
 /// A lower bound of the inflation factors of unfit volumes; -infinity if there is none.
 inline double leastUnfitFactor(const RefitPolicy& policy) {
@@ -156,8 +97,7 @@ inline double leastUnfitFactor(const RefitPolicy& policy) {
   switch (policy.criterion) {
     case FitnessCriterion::A:
     case FitnessCriterion::AB:
-    case FitnessCriterion::ABC:
-    case FitnessCriterion::AD: return p_max;
+    case FitnessCriterion::ABC: return p_max;
     case FitnessCriterion::BC:
     case FitnessCriterion::AOrBC:
     case FitnessCriterion::ABOrBC: return std::min(p_min, p_max);
@@ -184,9 +124,9 @@ struct RefitCounts {
 
 /// Recomputes the volumes that a policy considers unfit from their triangles, thesis 4.3 and 4.5.
 /// Each node is judged and refitted by itself; its children are unchanged. Without statistics (no
-/// recording query since the last update), tests B and D count as true for every node and test C as
+/// recording query since the last update), test B counts as true for every node and test C as
 /// false. Several threads may each use a Refitter on different nodes. `Method` is
-/// TranslationPropagation or DisplacementPropagation. Usage: `judge` or `refitAll`, then `finish`.
+/// TranslationPropagation or DisplacementPropagation. Usage: `judge`, then `finish`.
 template <typename BV, typename Method>
 class Refitter {
  public:
@@ -211,11 +151,15 @@ class Refitter {
     pending_[pending_count_++] = node;
     if (pending_count_ == kGroup) judgePending();
   }
-  /// Refits all nodes in [first, last).
-  void refitAll(int first, int last) {
-    for (int node = first; node < last; ++node) {
-      prefetch(std::min(node + kGroup, last - 1));
-      refit(node);
+  /// Judges the nodes in [first, last): all, or those of `candidates` if that is not null.
+  void judge(int first, int last, const MayBeUnfit* candidates) {
+    for (; first < last; first += kGroup) {
+      int group[kGroup], count = 0;
+      for (int node = first; node < std::min(first + kGroup, last); ++node) {
+        group[count] = node;
+        count += candidates ? static_cast<int>(candidates[node]) : 1;
+      }
+      std::for_each(group, group + count, [&](int node) { judge(node); });
     }
   }
   /// Completes all refits and returns their statistics.
@@ -238,13 +182,15 @@ class Refitter {
   void judgePending() {
     for (int k = 0; k < pending_count_; ++k) {
       const int node = pending_[k];
-      const NodeFitness fitness = fitnessOf(node);
-      if (!isUnfit(fitness, policy_) &&
-          !(turn_.contains(node) && inflationFactor(fitness) > 2 * policy_.max_inflation))
-        continue;
-      refit(node);
+      if (policy_.criterion == FitnessCriterion::RefitAll || isToBeRefitted(node)) refit(node);
     }
     pending_count_ = 0;
+  }
+
+  bool isToBeRefitted(int node) const {
+    const NodeFitness fitness = fitnessOf(node);
+    return isUnfit(fitness, policy_) ||
+           (turn_.contains(node) && inflationFactor(fitness) > 2 * policy_.max_inflation);
   }
 
   NodeFitness fitnessOf(int i) const {
@@ -256,7 +202,6 @@ class Refitter {
                             ? original_radius
                             : Volume<BV>::size(target_.volume(i), original_radius);
     fitness.visited = !has_statistics_ || statistics.visited(i);
-    fitness.obstructing = !has_statistics_ || statistics.obstructing(i);
     fitness.child_gap = has_statistics_ ? static_cast<double>(statistics.childGap(i))
                                         : -std::numeric_limits<double>::infinity();
     return fitness;

@@ -15,26 +15,19 @@ RefitPolicy RefitPolicy::thesis(FitnessCriterion criterion) {
   policy.reference = InflationReference::OriginalRadius;
   policy.leaf_radius_may_shrink = false;
   policy.propagation = Propagation::Displacements;
-  const auto set = [&policy](double p_max, double k, double gamma) {
-    policy.max_inflation = p_max;
+  const auto useA = [&policy](double p_max) { policy.max_inflation = p_max; };
+  const auto useC = [&policy](double k, double gamma) {
     policy.child_distance_ratio = k;
     policy.min_inflation = gamma;
   };
-  const RefitPolicy defaults;
-  const double unused_p = defaults.max_inflation;
-  const double unused_k = defaults.child_distance_ratio;
-  const double unused_gamma = defaults.min_inflation;
   switch (criterion) {  // Table 2
-    case FitnessCriterion::A: set(1.884184, unused_k, unused_gamma); break;
-    case FitnessCriterion::AB: set(1.498741, unused_k, unused_gamma); break;
-    case FitnessCriterion::BC: set(unused_p, 0.333928, 0.053803); break;
-    case FitnessCriterion::AOrBC: set(3.383383, 0.416571, 0.111757); break;
-    case FitnessCriterion::ABC: set(1.967193, 0.221836, 0.002197); break;
-    case FitnessCriterion::ABOrBC: set(1.359579, 0.891981, 0.590829); break;
-    case FitnessCriterion::B:
-    case FitnessCriterion::AD:
-    case FitnessCriterion::RefitAll:
-    case FitnessCriterion::RefitNone: break;
+    case FitnessCriterion::A: useA(1.884184); break;
+    case FitnessCriterion::AB: useA(1.498741); break;
+    case FitnessCriterion::BC: useC(0.333928, 0.053803); break;
+    case FitnessCriterion::AOrBC: useA(3.383383), useC(0.416571, 0.111757); break;
+    case FitnessCriterion::ABC: useA(1.967193), useC(0.221836, 0.002197); break;
+    case FitnessCriterion::ABOrBC: useA(1.359579), useC(0.891981, 0.590829); break;
+    default: break;
   }
   return policy;
 }
@@ -62,7 +55,6 @@ const char* toString(FitnessCriterion criterion) {
     case FitnessCriterion::ABOrBC: return "(A and B) or (B and C)";
     case FitnessCriterion::RefitAll: return "refit all";
     case FitnessCriterion::RefitNone: return "refit none";
-    case FitnessCriterion::AD: return "A and D";
   }
   return "unknown";
 }

@@ -26,12 +26,14 @@ std::unique_ptr<fcl::Vector3<typename BV::S>[]> newFrame(const fcl::BVHModel<BV>
 /// Makes `vertices` the array for the new positions, and sets FCL's build state. In a two-frame
 /// update `prev_vertices` becomes the current positions; its first array is `new_frame`.
 template <typename BV, typename Frame>
-void openStep(fcl::BVHModel<BV>& model, StepKind kind, Frame new_frame) {
+void openStep(const UpdateTarget<BV>& target, StepKind kind, Frame new_frame) {
+  fcl::BVHModel<BV>& model = target.model;
   if (kind == StepKind::Replace) {
     delete[] model.prev_vertices;
     model.prev_vertices = nullptr;
     model.build_state = fcl::BVH_BUILD_STATE_PROCESSED;
   } else {
+    target.restorePositions();
     if (!model.prev_vertices) model.prev_vertices = new_frame.release();
     std::swap(model.vertices, model.prev_vertices);
     model.build_state = fcl::BVH_BUILD_STATE_UPDATED;
@@ -62,18 +64,24 @@ bool moveVolumes(const UpdateTarget<BV>& target, Scope& scope,
   return method.isInRange();
 }
 
-/// Moves all volumes, then refits unfit ones. Returns false like moveVolumes.
+/// Moves all volumes, then refits unfit ones. Returns false like moveVolumes. In a step at rest no
+/// volume moves, but other volumes may have become unfit, because queries have visited them.
 template <typename BV, typename Scope>
-bool followPositions(const UpdateTarget<BV>& target, Scope& scope,
+bool followPositions(const UpdateTarget<BV>& target, Scope& scope, bool is_at_rest,
                      const typename Scope::Summary& summary, UpdateReport& report,
                      Stopwatch& watch) {
-  if (!moveVolumes(target, scope, summary, report)) return false;
+  if (is_at_rest)
+    scope.rest();
+  else if (!moveVolumes(target, scope, summary, report))
+    return false;
+  if (is_at_rest && !scope.judgesAtRest()) return true;
   report.propagation_seconds = watch.lap();
   const auto refits = scope.refit();
   report.refitted_leaves = refits.leaves;
   report.refitted_inner = refits.inner;
   report.refitted_primitives = refits.primitives;
   recordRoot(target, scope.method(), refits.root);
+  report.refit_seconds = watch.lap();
   return true;
 }
 
@@ -88,18 +96,11 @@ void beginAnew(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   }
 }
 
-/// Runs a step of AllVertices or SomeVertices. Returns false if a position is not usable.
+/// Reads the new positions into `summary` and writes them to the model. Returns false if a position
+/// is not usable.
 template <typename BV, typename Scope>
-bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
-         const StepInput<typename BV::S>& input, UpdateReport& report, Stopwatch& watch) {
-  const bool repaired = report.resynchronised;  // then the marks of refits are those of the repair
-  if (scope.isAtRest()) {
-    if (!repaired) target.tree.refits.clear();
-    target.tree.statistics.clear();
-    report.displacement_seconds = watch.lap();
-    return true;
-  }
-  typename Scope::Summary summary;
+bool readAndWrite(const UpdateTarget<BV>& target, Scope& scope,
+                  const StepInput<typename BV::S>& input, typename Scope::Summary& summary) {
   auto new_frame = newFrame(target.model, input.kind);
   try {
     summary = scope.read();
@@ -111,36 +112,34 @@ bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
     scope.discard();
     return false;
   }
-  report.largest_displacement = static_cast<double>(summary.largestDisplacement());
-
-  if (!repaired) target.tree.refits.clear();
-  openStep(target.model, input.kind, std::move(new_frame));
+  openStep(target, input.kind, std::move(new_frame));
   scope.write(summary);
+  return true;
+}
+
+/// Runs a step of AllVertices or SomeVertices. Returns false if a position is not usable.
+template <typename BV, typename Scope>
+bool run(const UpdateTarget<BV>& target, UpdateState<BV>& state, Scope& scope,
+         const StepInput<typename BV::S>& input, UpdateReport& report, Stopwatch& watch) {
+  const bool repaired = report.resynchronised;  // then the marks of refits are those of the repair
+  const bool is_at_rest = scope.isAtRest();
+  typename Scope::Summary summary;
+  if (!is_at_rest && !readAndWrite(target, scope, input, summary)) return false;
+  report.largest_displacement = static_cast<double>(summary.largestDisplacement());
+  if (!repaired) target.tree.refits.clear();
   report.displacement_seconds = watch.lap();
   bool followed = false;
   try {
-    followed = followPositions(target, scope, summary, report, watch);
+    followed = followPositions(target, scope, is_at_rest, summary, report, watch);
   } catch (const std::bad_alloc&) {  // during a refit; the positions are already written
   }
   if (!followed) {
     beginAnew(target, state);
     report.resynchronised = true;
+    report.refit_seconds = watch.lap();
   }
   target.tree.statistics.clear();
-  report.refit_seconds = watch.lap();
   return true;
-}
-
-/// The positions, or a copy in `copies` if some lie in arrays that the step writes or frees.
-template <typename BV>
-const fcl::Vector3<typename BV::S>* outsideOwnArrays(
-    const fcl::BVHModel<BV>& model, const StepInput<typename BV::S>& input,
-    std::vector<fcl::Vector3<typename BV::S>>& copies) {
-  using Point = fcl::Vector3<typename BV::S>;
-  for (const Point* own : {model.vertices, model.prev_vertices})
-    if (own && overlap(input.positions, input.count, own, std::size_t(model.num_vertices)))
-      copies.assign(input.positions, input.positions + input.count);
-  return copies.empty() ? input.positions : copies.data();
 }
 
 // The steps of one propagation method, for takeStep.
@@ -164,30 +163,14 @@ bool stepOfSome(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>&
   if (!usablePositions(input.positions, input.count)) return false;
   if constexpr (Method::kTakesSomeVertices) {
     if (!target.model.prev_vertices) {
-      SomeVertices<BV, Method> some(target, method, policy, input, state.leaves, state.dirty);
+      SomeVertices<BV, Method> some(target, method, policy, input, state.moved);
       return run(target, state, some, input, report, watch);
     }
   }
-  std::vector<Point> all(target.model.vertices, target.model.vertices + target.model.num_vertices);
+  std::vector<Point> all(target.tree.positions);
   for (std::size_t i = 0; i < input.count; ++i) all[input.indices[i]] = input.positions[i];
   return stepOfAll(method, target, state, policy, {input.kind, all.data(), all.size()}, report,
                    watch);
-}
-
-template <typename BV, typename Method>
-bool stepOf(Method& method, const UpdateTarget<BV>& target, UpdateState<BV>& state,
-            const RefitPolicy& policy, StepInput<typename BV::S> input, UpdateReport& report) {
-  Stopwatch watch;
-  const bool repaired = report.resynchronised;
-  report = UpdateReport();
-  report.nodes = target.nodes();
-  // Repairs before the step, because displacements count from the positions that the volumes
-  // enclose.
-  report.resynchronised = repairIfChanged(target, state) || repaired;
-  std::vector<fcl::Vector3<typename BV::S>> copies;
-  input.positions = outsideOwnArrays(target.model, input, copies);
-  return input.indices ? stepOfSome(method, target, state, policy, input, report, watch)
-                       : stepOfAll(method, target, state, policy, input, report, watch);
 }
 
 }  // namespace
@@ -203,9 +186,15 @@ void UpdateState<BV>::setPropagation(Propagation propagation) {
 template <typename BV>
 bool takeStep(const UpdateTarget<BV>& target, UpdateState<BV>& state, const RefitPolicy& policy,
               const StepInput<typename BV::S>& input, UpdateReport& report) {
-  return std::visit(
-      [&](auto& method) { return stepOf(method, target, state, policy, input, report); },
-      state.method);
+  Stopwatch watch;
+  report.nodes = target.nodes();
+  const auto step = [&](auto& method) {
+    return input.indices ? stepOfSome(method, target, state, policy, input, report, watch)
+                         : stepOfAll(method, target, state, policy, input, report, watch);
+  };
+  const bool is_taken = std::visit(step, state.method);
+  if (!is_taken) target.restorePositions();
+  return is_taken;
 }
 
 template <typename BV>
@@ -226,7 +215,7 @@ void updateLocalBounds(fcl::BVHModel<BV>& model) {
 template <typename BV>
 void reset(const UpdateTarget<BV>& target, UpdateState<BV>& state) {
   target.tree.assign(target.model);
-  state.leaves.clear();
+  state.moved = DirtyNodes();
   updateLocalBounds(target.model);
   std::visit([&](auto& method) { method.reset(target); }, state.method);
 }

@@ -4,9 +4,9 @@
 
 #include "adaptive_bvh/refit_policy.h"
 #include "adaptive_bvh/update_report.h"
+#include "hierarchy/dirty_nodes.h"
 #include "thesis/displacement_propagation.h"
 #include "thesis/translation_propagation.h"
-#include "thesis/vertex_leaf_map.h"
 
 namespace adaptive_bvh {
 
@@ -15,9 +15,8 @@ template <typename BV>
 struct UpdateState {
   /// Alternatives in the order of the enum Propagation.
   std::variant<TranslationPropagation<BV>, DisplacementPropagation<BV>> method;
-  VertexLeafMap leaves;  ///< empty until the first step of some vertices
-  DirtyPairs dirty;      ///< no pair is dirty between steps
-  int threads = 1;       ///< for steps of large models
+  DirtyNodes moved;  ///< Topology::dirtyNodes; empty until the first step of some vertices
+  int threads = 1;   ///< for steps of large models
 
   Propagation propagation() const { return static_cast<Propagation>(method.index()); }
   /// Replaces `method` by a new one without data; a repair must follow.
@@ -25,7 +24,7 @@ struct UpdateState {
 
   std::size_t bytes() const {
     const auto of_method = [](const auto& method) { return method.bytes(); };
-    return std::visit(of_method, method) + leaves.bytes() + dirty.bytes();
+    return std::visit(of_method, method) + moved.bytes();
   }
 };
 
@@ -35,10 +34,13 @@ struct UpdateState {
 /// number of nodes above these vertices. Returns false, and changes nothing, if a position is not
 /// finite or too large.
 ///
+/// The tree must be current (repairIfChanged), because displacements count from the positions that
+/// the volumes enclose. `report` is new, but `report.resynchronised` is set if the tree was
+/// repaired.
+///
 /// Throws std::bad_alloc only before it writes a position, and then without visible changes. If
 /// memory for a fit runs out later, the step takes place and all volumes are recomputed: at once,
-/// or at the latest when the tree is next read. Then `report.resynchronised` is set; the caller
-/// also sets it before the call if it has repaired the tree.
+/// or at the latest when the tree is next read. Then `report.resynchronised` is set.
 ///
 /// Allocates nothing, except `prev_vertices` in the first two-frame update, on the first call with
 /// indices, and on more than one thread.

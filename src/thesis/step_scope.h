@@ -7,7 +7,6 @@
 #include "mesh/local_bounds.h"
 #include "mesh/vertex_summary.h"
 #include "thesis/refit.h"
-#include "thesis/vertex_leaf_map.h"
 
 // What the phases of a step process: all vertices and nodes, or some. The phases are read, then
 // discard or: write, propagate, refit (`run` in step.cpp). `Method` is TranslationPropagation or
@@ -46,11 +45,14 @@ class AllVertices {
   void discard() { method_.discard(); }  ///< undoes `read`
   /// Whether the new positions equal the current ones; ends at the first vertex that differs.
   bool isAtRest() const {
-    const fcl::BVHModel<BV>& model = target_.model;
-    return input_.kind == StepKind::Replace && !model.prev_vertices &&
-           std::memcmp(model.vertices, input_.positions, input_.count * sizeof(*model.vertices)) ==
-               0;
+    const auto equal = [&](const fcl::Vector3<S>* own) {
+      return std::memcmp(own, input_.positions, input_.count * sizeof(*own)) == 0;
+    };
+    return input_.kind == StepKind::Replace && !target_.model.prev_vertices &&
+           equal(input_.is_same ? target_.model.vertices : target_.tree.positions.data());
   }
+  void rest() const { method_.rest(target_); }  ///< takes a step at rest; `refit` may follow
+  bool judgesAtRest() const { return adaptive_bvh::judgesAtRest(policy_.criterion); }
 
   /// Writes the positions and the local bounds.
   void write(const VertexSummary<S>& summary) {
@@ -60,6 +62,8 @@ class AllVertices {
           const S squared =
               copyPoints(input_.positions + first, static_cast<std::size_t>(last - first),
                          target_.model.aabb_center, target_.model.vertices + first);
+          std::copy(input_.positions + first, input_.positions + last,
+                    target_.tree.positions.begin() + first);
           squared_radius_[thread] = std::max(squared_radius_[thread], squared);
         });
     setLocalRadius(target_.model,
@@ -72,18 +76,10 @@ class AllVertices {
     if (policy_.criterion == FitnessCriterion::RefitNone) return {};
     PerThread<RefitCounts<S>> counts(pool_.size());
     const NodeRange turn = method_.nextTurn(target_);
-    const Candidates* const marked = candidates();
-    const int size = marked ? marked->words() : target_.nodes();
     const int parts = pool_.size() > 1 ? 512 : 1;  // many parts balance the work of threads
-    pool_.forEachPart(size, parts, [&](int first, int last, int thread) {
+    pool_.forEachPart(target_.nodes(), parts, [&](int first, int last, int thread) {
       Refitter<BV, Method> refitter(target_, method_, policy_, turn);
-      const auto judge = [&](int node) { refitter.judge(node); };
-      if (policy_.criterion == FitnessCriterion::RefitAll)
-        refitter.refitAll(first, last);
-      else if (marked)
-        marked->forEach(first, last, judge);
-      else
-        for (int node = first; node < last; ++node) judge(node);
+      refitter.judge(first, last, method_.candidates());
       counts[thread] += refitter.finish();
     });
     const RefitCounts<S> all = counts.sum([](auto& sum, const auto& some) { sum += some; });
@@ -92,13 +88,6 @@ class AllVertices {
   }
 
  private:
-  /// The candidates for refits; null to judge all nodes.
-  const Candidates* candidates() const {
-    if constexpr (Method::kTakesSomeVertices)
-      if (method_.candidates().isOn()) return &method_.candidates();
-    return nullptr;
-  }
-
   const UpdateTarget<BV> target_;
   Method& method_;
   const RefitPolicy& policy_;
@@ -109,7 +98,7 @@ class AllVertices {
   PerThread<S> squared_radius_;
 };
 
-/// A step of a few vertices: every phase processes these vertices or the dirty nodes above them.
+/// A step of a few vertices: every phase processes these vertices or the nodes above them.
 template <typename BV, typename Method>
 class SomeVertices {
  public:
@@ -118,60 +107,58 @@ class SomeVertices {
   using Summary = typename Method::Summary;
 
   SomeVertices(const UpdateTarget<BV>& target, Method& method, const RefitPolicy& policy,
-               const StepInput<S>& input, VertexLeafMap& leaves, DirtyPairs& dirty)
+               const StepInput<S>& input, DirtyNodes& nodes)
       : target_(target),
         method_(method),
         policy_(policy),
         input_(input),
-        leaves_(leaves),
-        dirty_(dirty),
+        nodes_(nodes),
         box_(target.model.aabb_local) {}
 
   Method& method() const { return method_; }
 
-  /// Reads the new positions and marks the nodes above their vertices as dirty; the model is
-  /// unchanged. Returns their statistics.
+  /// Reads the new positions and marks the leaves of their vertices; the model is unchanged.
+  /// Returns their statistics.
   Summary read() {
-    if (leaves_.empty()) {
-      VertexLeafMap leaves;
-      leaves.assign(target_.tree.topology, target_.model.num_vertices);
-      resetDirty();
-      leaves_ = std::move(leaves);
-    }
+    if (nodes_.isEmpty()) nodes_ = target_.tree.topology.dirtyNodes(target_.tree.positions.size());
     method_.begin(target_, input_);
-    return method_.readSome(target_, input_, leaves_, [&](unsigned v, const Point& to) {
-      box_.move(target_.model.vertices[v], to);
-      leaves_.markAncestors(v, dirty_);
+    return method_.readSome(target_, input_, nodes_, [&](unsigned v, const Point& to) {
+      box_.move(target_.tree.positions[v], to);
+      nodes_.add(v);
     });
   }
 
   /// Undoes `read`.
   void discard() {
     method_.discard();
-    if (!leaves_.empty()) resetDirty();
+    nodes_.unmarkAll();
   }
   static bool isAtRest() { return false; }  // not checked
+  static bool judgesAtRest() { return true; }
+  static void rest() {}
 
   /// Writes the positions and the local bounds.
   void write(const VertexSummary<S>&) {
-    for (std::size_t i = 0; i < input_.count; ++i)
-      target_.model.vertices[input_.indices[i]] = input_.positions[i];
-    box_.finish(target_.model.vertices, static_cast<std::size_t>(target_.model.num_vertices),
-                target_.model);
+    std::vector<Point>& positions = target_.tree.positions;
+    for (std::size_t i = 0; i < input_.count; ++i) {
+      const unsigned v = input_.indices[i];
+      target_.model.vertices[v] = positions[v] = input_.positions[i];
+    }
+    box_.finish(positions.data(), positions.size(), target_.model);
   }
 
-  PropagationCounts propagate() { return method_.propagateDirty(target_, policy_, dirty_); }
+  PropagationCounts propagate() { return method_.propagateDirty(target_, policy_, nodes_); }
 
-  /// Refits unfit volumes of dirty nodes; no node is dirty any more.
+  /// Refits unfit volumes of marked nodes; no node is marked any more.
   RefitCounts<S> refit() {
     Refitter<BV, Method> refitter(target_, method_, policy_, NodeRange());
     const bool may_refit = policy_.criterion != FitnessCriterion::RefitNone;
-    for (int left = target_.nodes(); (left = dirty_.before(left)) > 0;) {
-      if (may_refit) {
-        refitter.judge(left);
-        refitter.judge(left + 1);
+    for (int pair = nodes_.size(); (pair = nodes_.before(pair)) >= 0;) {
+      if (may_refit && pair > 0) {
+        refitter.judge(2 * pair - 1);
+        refitter.judge(2 * pair);
       }
-      dirty_.unset(left);
+      nodes_.unmark(pair);
     }
     if (may_refit) refitter.judge(0);
     const RefitCounts<S> counts = refitter.finish();
@@ -180,14 +167,11 @@ class SomeVertices {
   }
 
  private:
-  void resetDirty() { dirty_.reset(target_.tree.topology.slots.leaves() - 1); }
-
   const UpdateTarget<BV> target_;
   Method& method_;
   const RefitPolicy& policy_;
   const StepInput<S>& input_;
-  VertexLeafMap& leaves_;
-  DirtyPairs& dirty_;
+  DirtyNodes& nodes_;
   BoxAfterSome<S> box_;  ///< computes the new local bounds
 };
 

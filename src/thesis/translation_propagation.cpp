@@ -44,7 +44,8 @@ template <typename BV>
 void TranslationPropagation<BV>::reset(const UpdateTarget<BV>& target) {
   AdaptiveTree<BV>& tree = target.tree;
   tree.inflations.reset(target.nodes());
-  candidates_.reset(target.nodes());
+  candidates_.resize(static_cast<std::size_t>(target.nodes()));
+  has_candidates_ = false;
   vertices_.reset(tree.topology.slots.size());
   stack_.resize(tree.topology.stackCapacity());
   next_turn_ = 0;
@@ -73,13 +74,11 @@ void TranslationPropagation<BV>::accept(const UpdateTarget<BV>& target, const Su
 template <typename BV>
 PropagationCounts TranslationPropagation<BV>::propagate(const UpdateTarget<BV>& target,
                                                         const RefitPolicy& policy, TaskPool& pool) {
-  if (policy.criterion == FitnessCriterion::RefitAll) {  // the refits replace all volumes
-    candidates_.restart(false);
-    return {};
-  }
-  candidates_.restart(!onlyVisitedAreUnfit(target.tree.statistics, policy));
-  return candidates_.isOn() ? propagateAll<true>(target, policy, pool)
-                            : propagateAll<false>(target, policy, pool);
+  const bool refits_all = policy.criterion == FitnessCriterion::RefitAll;
+  has_candidates_ = !refits_all && !onlyVisitedAreUnfit(target.tree.statistics, policy);
+  if (refits_all) return {};  // the refits replace all volumes
+  return has_candidates_ ? propagateAll<true>(target, policy, pool)
+                         : propagateAll<false>(target, policy, pool);
 }
 
 template <typename BV>
@@ -93,8 +92,8 @@ PropagationCounts TranslationPropagation<BV>::propagateAll(const UpdateTarget<BV
     } catch (const std::bad_alloc&) {  // nothing has moved yet: go on with one thread
     }
   }
-  RangeRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), policy, candidates_, 1,
-                             target.nodes() - 2);
+  RangeRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), policy, candidates_.data(),
+                             1, target.nodes() - 2);
   traversePostOrder(stack_.data(), rule);
   return rule.counts();
 }
@@ -112,14 +111,14 @@ PropagationCounts TranslationPropagation<BV>::propagateSubtrees(const UpdateTarg
   std::vector<PropagationCounts> counts(subtrees.size());
   pool.forEach(static_cast<int>(subtrees.size()), [&](int task, int slot) {
     Subtree& subtree = subtrees[static_cast<std::size_t>(task)];
-    RangeRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), policy, candidates_,
-                               subtree.first_pair, subtree.last_pair);
+    RangeRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), policy,
+                               candidates_.data(), subtree.first_pair, subtree.last_pair);
     Box* stack = stacks[static_cast<std::size_t>(slot)].data();
     traversePairs(stack, rule);
     subtree.motion = *--stack;  // of the subtree's root, which AboveRule reads
     counts[static_cast<std::size_t>(task)] = rule.counts();
   });
-  AboveRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), policy, candidates_,
+  AboveRule<BV, kMarks> rule(target, motionsOf(target.model, vertices_), policy, candidates_.data(),
                              subtrees);
   traversePostOrder(stack_.data(), rule);
   PropagationCounts sum = rule.counts();
@@ -130,9 +129,8 @@ PropagationCounts TranslationPropagation<BV>::propagateSubtrees(const UpdateTarg
 template <typename BV>
 PropagationCounts TranslationPropagation<BV>::propagateDirty(const UpdateTarget<BV>& target,
                                                              const RefitPolicy& policy,
-                                                             const DirtyPairs& dirty) {
-  candidates_.restart(false);
-  DirtyRule<BV> rule(target, motionsOf(target.model, vertices_), policy, candidates_, dirty);
+                                                             DirtyNodes& nodes) {
+  DirtyRule<BV> rule(target, motionsOf(target.model, vertices_), policy, candidates_.data(), nodes);
   traversePostOrder(stack_.data(), rule);
   return rule.counts();
 }
@@ -147,7 +145,7 @@ NodeRange TranslationPropagation<BV>::nextTurn(const UpdateTarget<BV>& target) {
 
 template <typename BV>
 std::size_t TranslationPropagation<BV>::bytes() const {
-  return vertices_.bytes() + candidates_.bytes() + kept_.capacity() * sizeof(KeptAxes) +
+  return vertices_.bytes() + candidates_.capacity() + kept_.capacity() * sizeof(KeptAxes) +
          stack_.capacity() * sizeof(Box);
 }
 

@@ -7,7 +7,6 @@
 #include "base/task_pool.h"
 #include "thesis/body_fit.h"
 #include "thesis/refit.h"
-#include "thesis/vertex_leaf_map.h"
 #include "thesis/vertex_states.h"
 
 namespace adaptive_bvh {
@@ -63,30 +62,36 @@ class TranslationPropagation {
   }
   /// Reads the positions of some vertices: see VertexStates.
   template <typename Moving>
-  Summary readSome(const UpdateTarget<BV>& target, const StepInput<S>& input,
-                   const VertexLeafMap& leaves, Moving&& moving) {
-    return vertices_.readSome(target, input, leaves, moving);
+  Summary readSome(const UpdateTarget<BV>& target, const StepInput<S>& input, DirtyNodes& nodes,
+                   Moving&& moving) {
+    return vertices_.readSome(target, input, nodes, moving);
   }
   /// Accepts the step, whose largest displacement satisfies canFollow. Its positions have been
   /// written to the model; `summary` is the sum of all results of `read`.
   void accept(const UpdateTarget<BV>& target, const Summary& summary);
   void discard() { vertices_.discard(); }  ///< discards the step: the model keeps its positions
+  /// Prepares refits in a step at rest.
+  void rest(const UpdateTarget<BV>& target) {
+    vertices_.rest(target);
+    has_candidates_ = false;  // queries may have changed which volumes are unfit
+  }
   /// Whether single precision can express a displacement of at most `largest`. False for NaN.
   bool canFollow(S largest) const { return largest * vertices_.frame().scale() < S(kRange); }
   /// Moves and inflates all volumes, or none if all will be refitted.
   PropagationCounts propagate(const UpdateTarget<BV>& target, const RefitPolicy& policy,
                               TaskPool& pool);
-  /// Moves and inflates the dirty nodes and the root. Nothing may have moved below the other nodes.
+  /// Moves and inflates the nodes above moved vertices (Topology::dirtyNodes). Nothing may have
+  /// moved below the others.
   PropagationCounts propagateDirty(const UpdateTarget<BV>& target, const RefitPolicy& policy,
-                                   const DirtyPairs& dirty);
+                                   DirtyNodes& nodes);
   /// Whether single precision can still represent the body's parts: false if the body has grown or
   /// shrunk by a factor of 2^30 since `start`.
   bool isInRange() const {
     const float extent = vertices_.extent();
     return extent < kRange && extent > 1 / kRange;
   }
-  /// The nodes that the last propagation marked, which a Refitter must judge.
-  const Candidates& candidates() const { return candidates_; }
+  /// By node. A Refitter judges the candidates, or all nodes if this is null.
+  const MayBeUnfit* candidates() const { return has_candidates_ ? candidates_.data() : nullptr; }
   /// \}
 
   /// The current radius of FCL's volume minus its radius at the last refit.
@@ -118,10 +123,11 @@ class TranslationPropagation {
                                       TaskPool& pool);
 
   VertexStates<S> vertices_;
-  Candidates candidates_;
-  std::vector<KeptAxes> kept_;  ///< indexed by Topology::innerIndex
-  std::vector<Box> stack_;      ///< of the post-order traversal
-  int next_turn_ = 0;           ///< first node of the next turn
+  std::vector<MayBeUnfit> candidates_;  ///< by node
+  bool has_candidates_ = false;         ///< not if only visited nodes can be unfit, which are fewer
+  std::vector<KeptAxes> kept_;          ///< indexed by Topology::innerIndex
+  std::vector<Box> stack_;              ///< of the post-order traversal
+  int next_turn_ = 0;                   ///< first node of the next turn
 };
 
 #define ADAPTIVE_BVH_INSTANTIATE(BV) extern template class TranslationPropagation<BV>;

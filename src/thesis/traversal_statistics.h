@@ -14,8 +14,6 @@ namespace adaptive_bvh {
 /// Records, for the fitness tests (refit.h), what queries did in a tree since its last update. For
 /// each node:
 /// - visited (test B): a query went below it, or tested its triangle;
-/// - obstructing (test D): in such a visit the volume was tested, and its inflation may have
-///   prevented it from stopping the query;
 /// - child gap (test C): how much farther away both its children were than the node itself. Test C
 ///   requires a visit with alpha > t and beta > t, which means that the largest min(alpha, beta)
 ///   over all visits exceeds t. So one number per node suffices, and queries do not need the
@@ -66,8 +64,6 @@ class TraversalStatistics {
     leaf_tests_.fetch_add(work.leaf_tests, std::memory_order_relaxed);
   }
   void recordVisit(int node) { raise(node, 0); }  ///< records a visit
-  /// Records a visit of a volume that, without its inflation, might have stopped the query.
-  void recordObstruction(int node) { raise(node, kObstructing); }
   /// Records a visit and min(alpha, beta) of thesis 4.4.3. NaN (no parent distance) is ignored.
   template <typename S>
   void recordChildGap(int node, S gap) {
@@ -84,7 +80,6 @@ class TraversalStatistics {
     return work;
   }
   bool visited(int node) const { return currentWord(node) != 0; }
-  bool obstructing(int node) const { return (currentWord(node) & kObstructing) != 0; }
   /// The largest recorded min(alpha, beta), rounded down by less than one part in 1000; -infinity
   /// if no visit had one.
   float childGap(int node) const {
@@ -95,13 +90,11 @@ class TraversalStatistics {
   std::size_t bytes() const { return static_cast<std::size_t>(size_) * sizeof(words_[0]); }
 
  private:
-  /// Bit layout from the top: epoch (12 bits, never 0), obstructing (1 bit), child gap (19 bits).
+  /// Bit layout from the top: epoch (13 bits, never 0), child gap (19 bits).
   using Word = std::uint32_t;
   static constexpr int kGapBits = 19;
   static constexpr Word kGapMask = (Word(1) << kGapBits) - 1;
-  static constexpr Word kObstructing = Word(1) << kGapBits;
-  static constexpr int kEpochShift = kGapBits + 1;
-  static constexpr Word kEpochs = (Word(1) << (32 - kEpochShift)) - 1;  ///< the last epoch
+  static constexpr Word kEpochs = (Word(1) << (32 - kGapBits)) - 1;  ///< the last epoch
 
   /// The most significant bits of a number, encoded so that larger numbers have larger encodings:
   /// the sign bit is inverted, and all bits of a negative number. 0 for NaN, and only for NaN.
@@ -124,17 +117,16 @@ class TraversalStatistics {
   /// The word of a node that was visited since the last `clear`; 0 for other nodes.
   Word currentWord(int node) const {
     const Word word = words_[node].load(std::memory_order_relaxed);
-    return word >> kEpochShift == epoch_ ? word : 0;
+    return word >> kGapBits == epoch_ ? word : 0;
   }
 
-  /// Records a visit: sets the flag if `visit` has it, and keeps the larger child gap.
-  void raise(int node, Word visit) {
+  /// Records a visit: keeps the larger child gap.
+  void raise(int node, Word gap) {
     std::atomic<Word>& word = words_[node];
     Word old = word.load(std::memory_order_relaxed);
     for (;;) {
-      const Word now = old >> kEpochShift == epoch_ ? old : epoch_ << kEpochShift;
-      const Word next =
-          (now & ~kGapMask) | (visit & kObstructing) | std::max(now & kGapMask, visit & kGapMask);
+      const Word now = old >> kGapBits == epoch_ ? old : epoch_ << kGapBits;
+      const Word next = std::max(now, (now & ~kGapMask) | gap);
       if (next == old || word.compare_exchange_weak(old, next, std::memory_order_relaxed)) return;
     }
   }
@@ -164,10 +156,6 @@ struct PairStatistics {
   void recordVisit(int b1, int b2) const {
     if (side[0]) side[0]->recordVisit(b1);
     if (side[1]) side[1]->recordVisit(b2);
-  }
-  void recordObstruction(int b1, int b2) const {
-    if (side[0]) side[0]->recordObstruction(b1);
-    if (side[1]) side[1]->recordObstruction(b2);
   }
 };
 

@@ -9,14 +9,15 @@ namespace {
 /// must still enclose the previous positions. `present` are the model's positions before the step.
 template <typename S>
 fcl::Vector3<S> commonTranslation(const fcl::Vector3<S>* present, const StepInput<S>& input,
-                                  const std::vector<unsigned>& samples) {
+                                  const VertexSlots::Samples& samples) {
   using Point = fcl::Vector3<S>;
-  if (input.kind == StepKind::TwoFrames || input.indices || samples.empty()) return Point::Zero();
+  if (input.kind == StepKind::TwoFrames || input.indices || samples.size() == 0)
+    return Point::Zero();
   const auto motion = [&](unsigned v) -> Point { return input.positions[v] - present[v]; };
   const Point common = motion(samples[0]);
   const S allowed = common.cwiseAbs().maxCoeff() / 16;
-  for (unsigned v : samples)
-    if (!((motion(v) - common).cwiseAbs().maxCoeff() <= allowed))
+  for (Eigen::Index i = 0; i < samples.size(); ++i)
+    if (!((motion(samples[i]) - common).cwiseAbs().maxCoeff() <= allowed))
       return Point::Zero();  // NaN positions are refused elsewhere
   return common;
 }
@@ -26,20 +27,15 @@ fcl::Vector3<S> commonTranslation(const fcl::Vector3<S>* present, const StepInpu
 template <typename S>
 template <typename BV>
 void VertexStates<S>::start(const UpdateTarget<BV>& target, const ScaledFrame<S>& frame) {
-  constexpr std::size_t kSamples = 12;
   frame_ = frame;
-  const VertexSlots& slots = target.tree.topology.slots;
-  const std::size_t count = std::min(kSamples, slots.leaves());
-  samples_.resize(count);
-  for (std::size_t i = 0; i < count; ++i)
-    samples_[i] = slots.verticesOf(i * slots.leaves() / count)[i % 3];
+  samples_ = target.tree.topology.slots.samples();
   readInPlace(target);
 }
 
 template <typename S>
 template <typename BV>
 void VertexStates<S>::begin(const UpdateTarget<BV>& target, const StepInput<S>& input) {
-  common_ = adaptive_bvh::commonTranslation(target.model.vertices, input, samples_);
+  common_ = adaptive_bvh::commonTranslation(target.tree.positions.data(), input, samples_);
   if (input.indices) return;  // the frame stays, since most states are not read again
   all_moving_ = true;
   const Float4 middle = body_.center();
@@ -57,7 +53,7 @@ StepSummary<S> VertexStates<S>::read(const UpdateTarget<BV>& target, const StepI
   const ScaledFrame<S> frame = frame_;
   const Point common = common_;
   const Point* const positions = input.positions;
-  const Point* const present = target.model.vertices;
+  const Point* const present = target.tree.positions.data();
   const VertexSlots& slots = target.tree.topology.slots;
   const unsigned* const vertices = slots.vertices().data();
   const int end = static_cast<int>(slots.size()), used = static_cast<int>(slots.used());
@@ -94,7 +90,7 @@ void VertexStates<S>::readInPlace(const UpdateTarget<BV>& target) {
   body_ = StepSummary<S>().body;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     const unsigned v = vertices[i];
-    const Float4 position = frame_(model.vertices[v]);
+    const Float4 position = frame_(target.tree.positions[v]);
     if (i < slots.used()) body_.add(position);
     float4::store3(position, states_[i].position);
     float4::store3(float4::all(0), states_[i].motion);

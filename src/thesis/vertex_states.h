@@ -10,9 +10,9 @@
 
 #include "base/box.h"
 #include "base/float4.h"
-#include "mesh/named_vertices.h"
+#include "hierarchy/dirty_nodes.h"
 #include "mesh/vertex_summary.h"
-#include "thesis/vertex_leaf_map.h"
+#include "thesis/adaptive_tree.h"
 #include "thesis/volumes/fit_kernels.h"
 
 namespace adaptive_bvh {
@@ -116,7 +116,12 @@ class VertexStates {
   /// box of the whole body. Calls moving(vertex, position) once per vertex, with its last position.
   template <typename BV, typename Moving>
   StepSummary<S> readSome(const UpdateTarget<BV>& target, const StepInput<S>& input,
-                          const VertexLeafMap& leaves, Moving&& moving);
+                          DirtyNodes& nodes, Moving&& moving);
+  /// Prepares refits in a step at rest.
+  template <typename BV>
+  void rest(const UpdateTarget<BV>& target) {
+    if (stale_) readInPlace(target);
+  }
   /// Discards a step: the states no longer match the model's positions.
   void discard() { stale_ = true; }
   /// Accepts a step with these statistics: its positions become the model's.
@@ -137,7 +142,7 @@ class VertexStates {
 
   std::size_t bytes() const {
     const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return size(states_) + size(previous_) + size(moving_slots_) + size(samples_) + named_.bytes();
+    return size(states_) + size(previous_) + size(moving_slots_);
   }
 
  private:
@@ -151,8 +156,7 @@ class VertexStates {
   /// The slots that may have a motion other than 0: all, or those listed in `moving_slots_`.
   bool all_moving_ = true;
   std::vector<unsigned> moving_slots_;
-  NamedVertices named_;  ///< finds the last position given for each vertex
-  bool stale_ = false;   ///< whether the states differ from the model's current positions
+  bool stale_ = false;  ///< whether the states differ from the model's current positions
 
   ScaledFrame<S> frame_;
   Box body_;  ///< StepSummary::body of the last accepted step
@@ -160,28 +164,27 @@ class VertexStates {
   /// motion is what remains. It is small if the body hardly deforms, however far the body moves,
   /// and so are its errors in single precision.
   Point common_ = Point::Zero();
-  std::vector<unsigned> samples_;  ///< sample vertices, spread over the body
+  VertexSlots::Samples samples_;
 };
 
 template <typename S>
 template <typename BV, typename Moving>
 StepSummary<S> VertexStates<S>::readSome(const UpdateTarget<BV>& target, const StepInput<S>& input,
-                                         const VertexLeafMap& leaves, Moving&& moving) {
+                                         DirtyNodes& nodes, Moving&& moving) {
   if (stale_) readInPlace(target);
   clearMotions();
   moving_slots_.clear();
   all_moving_ = false;
   StepSummary<S> summary;
   summary.body = body_;
-  named_.reserve(static_cast<std::size_t>(target.model.num_vertices));
-  named_.forEachLast(input.indices, input.count, [&](std::size_t i) {
+  nodes.forEachLast(input.indices, input.count, [&](std::size_t i) {
     const unsigned v = input.indices[i];
     const Point& to = input.positions[i];
-    const Point displacement = to - target.model.vertices[v];
+    const Point displacement = to - target.tree.positions[v];
     summary.add(to, displacement);
     moving(v, to);
     const Float4 position = frame_(to), motion = frame_.displacement(displacement);
-    leaves.forEachSlot(v, target.tree.topology, [&](unsigned slot) {
+    target.tree.topology.forEachSlot(v, nodes, [&](unsigned slot) {
       summary.body.add(position);
       float4::store3(position, states_[slot].position);
       float4::store3(motion, states_[slot].motion);

@@ -51,7 +51,7 @@ std::vector<Parameter> parametersOf(FitnessCriterion criterion, const TuningOpti
     return std::find(list.begin(), list.end(), criterion) != list.end();
   };
   std::vector<Parameter> found;
-  if (isOneOf({C::A, C::AB, C::ABC, C::AOrBC, C::ABOrBC, C::AD}))
+  if (isOneOf({C::A, C::AB, C::ABC, C::AOrBC, C::ABOrBC}))
     found.push_back({&RefitPolicy::max_inflation, options.max_inflation});
   if (isOneOf({C::BC, C::ABC, C::AOrBC, C::ABOrBC})) {
     found.push_back({&RefitPolicy::child_distance_ratio, options.child_distance_ratio});

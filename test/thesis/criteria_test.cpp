@@ -77,15 +77,13 @@ TEST_P(Criteria, EveryTestMatters) {
   const int a = refitsWith(FitnessCriterion::A), b = refitsWith(FitnessCriterion::B),
             ab = refitsWith(FitnessCriterion::AB), bc = refitsWith(FitnessCriterion::BC),
             abc = refitsWith(FitnessCriterion::ABC), a_or_bc = refitsWith(FitnessCriterion::AOrBC),
-            ab_or_bc = refitsWith(FitnessCriterion::ABOrBC), ad = refitsWith(FitnessCriterion::AD);
+            ab_or_bc = refitsWith(FitnessCriterion::ABOrBC);
   EXPECT_GT(bc, 0);
   EXPECT_GT(abc, 0);
   EXPECT_LT(bc, b);
   EXPECT_LT(ab, a);
   EXPECT_NE(ab, ab_or_bc);
   EXPECT_NE(a, a_or_bc);
-  EXPECT_GT(ad, 0);
-  EXPECT_EQ(ad, ab) << "FCL's traversal tests every volume that it visits";
 }
 
 /// A node that a query went below counts as visited, and its parents with it: a search from the
@@ -122,7 +120,7 @@ TEST_P(Criteria, BIsEveryNodeThatAQueryWentBelow) {
 
 /// Each kind of test is counted by itself, also against a model of FCL's.
 TEST_P(Criteria, CountsAreKeptApart) {
-  Model first(policy(FitnessCriterion::AD)), second(policy(FitnessCriterion::AD));
+  Model first(policy(FitnessCriterion::AB)), second(policy(FitnessCriterion::AB));
   fillModel(sheet_, first);
   fillModel(hose_, second);
   const fcl::BVHModel<fcl::RSSd> plain(second);

@@ -163,7 +163,6 @@ TEST(TraversalStatisticsThreads, TheLargestGapWinsWhateverTheOrder) {
   EXPECT_TRUE(statistics.visited(1));
   EXPECT_LE(statistics.childGap(2), 999.007f);
   EXPECT_NEAR(999.007f, statistics.childGap(2), 1);
-  EXPECT_FALSE(statistics.obstructing(1));
 }
 
 TEST(TraversalStatisticsCopy, IsDeep) {
@@ -193,11 +192,7 @@ TEST(TraversalStatisticsGaps, KeepSignOrderAndThreeDigits) {
     EXPECT_LE(statistics.childGap(0), gap);
     EXPECT_GE(statistics.childGap(0), gap - std::abs(gap) * 1e-3f);
     EXPECT_GT(statistics.childGap(0), last);
-    EXPECT_FALSE(statistics.obstructing(0));
     last = statistics.childGap(0);
-    statistics.recordObstruction(0);
-    EXPECT_TRUE(statistics.obstructing(0));
-    EXPECT_EQ(last, statistics.childGap(0));
   }
 }
 
@@ -207,10 +202,9 @@ TEST(TraversalStatisticsClear, ForgetsWhateverTheCount) {
   statistics.reset(2);
   for (int round = 0; round < 10000; ++round) {
     if (round % 97 == 0) statistics.recordChildGap(0, 0.1 * round);
-    if (round % 89 == 0) statistics.recordObstruction(1);
+    if (round % 89 == 0) statistics.recordVisit(1);
     ASSERT_EQ(round % 97 == 0, statistics.visited(0)) << round;
     ASSERT_EQ(round % 89 == 0, statistics.visited(1)) << round;
-    ASSERT_EQ(round % 89 == 0, statistics.obstructing(1)) << round;
     statistics.clear();
     ASSERT_FALSE(statistics.visited(0) || statistics.visited(1)) << round;
   }

@@ -56,7 +56,7 @@ void build(AdaptiveBVHModeld& model) {
 
 /// As many as the report says, by every criterion: none, some or all.
 TEST(RefittedNodes, AreThoseThatTheReportCounts) {
-  for (const auto criterion : {FitnessCriterion::A, FitnessCriterion::AD,
+  for (const auto criterion : {FitnessCriterion::A, FitnessCriterion::AB,
                                FitnessCriterion::RefitAll, FitnessCriterion::RefitNone}) {
     for (const RefitPolicy& policy : {RefitPolicy::thesis(criterion), [&] {
                                         RefitPolicy ours;

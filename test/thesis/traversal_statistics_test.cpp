@@ -19,7 +19,7 @@ using adaptive_bvh::TraversalStatistics;
 
 /// What was seen of one node, kept plainly.
 struct Seen {
-  bool visited = false, obstructing = false;
+  bool visited = false;
   float gap = -std::numeric_limits<float>::infinity();
 };
 
@@ -27,7 +27,6 @@ void expectSeen(const std::vector<Seen>& expected, const TraversalStatistics& st
   for (int node = 0; node < int(expected.size()); ++node) {
     const Seen& seen = expected[std::size_t(node)];
     ASSERT_EQ(seen.visited, statistics.visited(node)) << node;
-    ASSERT_EQ(seen.obstructing, statistics.obstructing(node)) << node;
     const float gap = statistics.childGap(node);
     if (std::isinf(seen.gap)) {
       ASSERT_EQ(seen.gap, gap);
@@ -45,17 +44,14 @@ TEST(Statistics, AreWhatWasRecordedSinceTheLastClear) {
   constexpr int kNodes = 9;
   statistics.reset(kNodes);
   std::vector<Seen> expected(kNodes);
-  for (int step = 0; step < 60000; ++step) {
+  for (int step = 0; step < 100000; ++step) {
     const int node = int(random() % kNodes);
     Seen& seen = expected[std::size_t(node)];
     const float gap = std::ldexp(float(random() % 2000) - 1000, int(random() % 40) - 20);
     switch (random() % 8) {
       case 0:
-      case 1: statistics.recordVisit(node); break;
-      case 2:
-        statistics.recordObstruction(node);
-        seen.obstructing = true;
-        break;
+      case 1:
+      case 2: statistics.recordVisit(node); break;
       case 3:
       case 4:
       case 5:
@@ -92,8 +88,8 @@ TEST(Statistics, BeginAnewWithAReset) {
     EXPECT_EQ(0, statistics.work().queries);
     EXPECT_EQ(0, statistics.work().box_tests);
     expectSeen(std::vector<Seen>(std::size_t(nodes)), statistics);
-    statistics.recordObstruction(nodes - 1);
-    EXPECT_TRUE(statistics.obstructing(nodes - 1));
+    statistics.recordVisit(nodes - 1);
+    EXPECT_TRUE(statistics.visited(nodes - 1));
   }
 }
 
@@ -103,8 +99,8 @@ TEST(Statistics, AreCopiedDeeply) {
   TraversalStatistics a, b;
   a.reset(4);
   b.reset(2);
-  for (int i = 0; i < 5000; ++i) a.clear();  // to an epoch of its own
-  a.recordObstruction(1);
+  for (int i = 0; i < 9000; ++i) a.clear();  // to an epoch of its own
+  a.recordVisit(1);
   a.recordChildGap(3, 2.f);
   QueryWork work;
   work.bv_tests = 9;
@@ -114,7 +110,7 @@ TEST(Statistics, AreCopiedDeeply) {
   a.recordVisit(0);
   a.recordChildGap(3, 8.f);
   std::vector<Seen> expected(4);
-  expected[1].visited = expected[1].obstructing = expected[3].visited = true;
+  expected[1].visited = expected[3].visited = true;
   expected[3].gap = 2;
   expectSeen(expected, b);
   expectSeen(expected, c);
@@ -132,22 +128,19 @@ TEST(PairOfStatistics, GoToTheirSides) {
   second.reset(5);
   PairStatistics both{{&first, &second}};
   both.recordVisit(1, 2);
-  both.recordObstruction(3, 4);
   both.recordQuery({});
   for (int node = 0; node < 5; ++node) {
-    EXPECT_EQ(node == 1 || node == 3, first.visited(node)) << node;
-    EXPECT_EQ(node == 2 || node == 4, second.visited(node)) << node;
-    EXPECT_EQ(node == 3, first.obstructing(node)) << node;
-    EXPECT_EQ(node == 4, second.obstructing(node)) << node;
+    EXPECT_EQ(node == 1, first.visited(node)) << node;
+    EXPECT_EQ(node == 2, second.visited(node)) << node;
   }
   const PairStatistics half{{nullptr, &second}}, none, self{{&first, &first}};
   half.recordVisit(0, 0);
-  half.recordObstruction(0, 1);
+  half.recordVisit(0, 1);
   half.recordQuery({});
   none.recordVisit(0, 0);
   none.recordQuery({});
   EXPECT_FALSE(first.visited(0));
-  EXPECT_TRUE(second.visited(0) && second.obstructing(1));
+  EXPECT_TRUE(second.visited(0) && second.visited(1));
   self.recordVisit(0, 2);
   self.recordQuery({});
   EXPECT_TRUE(first.visited(0) && first.visited(2));

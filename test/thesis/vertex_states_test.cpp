@@ -11,12 +11,12 @@ namespace adaptive_bvh_test {
 namespace vertex_states_test {
 
 using adaptive_bvh::AdaptiveTree;
+using adaptive_bvh::DirtyNodes;
 using adaptive_bvh::Float4;
 using adaptive_bvh::ScaledFrame;
 using adaptive_bvh::StepInput;
 using adaptive_bvh::StepKind;
 using adaptive_bvh::UpdateTarget;
-using adaptive_bvh::VertexLeafMap;
 using adaptive_bvh::VertexStates;
 
 template <typename S>
@@ -43,7 +43,7 @@ class States : public testing::Test {
   StepInput<S> input(StepKind kind = StepKind::Replace) const {
     return {kind, positions_.data(), positions_.size(), nullptr};
   }
-  P motion(int v) const { return positions_[std::size_t(v)] - model_.vertices[v]; }
+  P motion(int v) const { return positions_[std::size_t(v)] - tree_.positions[std::size_t(v)]; }
 
   static void expectSame(const Float4& expected, const float* found) {
     for (int k = 0; k < 3; ++k) EXPECT_EQ(expected[k], found[k]);
@@ -163,7 +163,7 @@ TYPED_TEST(States, KeepTheStepBeforeOfTwoFrames) {
   for (int v = 0; v < this->vertices(); ++v)
     this->expectState(v, this->positions_[std::size_t(v)], this->motion(v));
   for (std::size_t slot = 0; slot < this->slots().size(); ++slot)
-    this->expectSame(this->states_.frame()(this->model_.vertices[this->slots().vertices()[slot]]),
+    this->expectSame(this->states_.frame()(this->tree_.positions[this->slots().vertices()[slot]]),
                      this->states_.previous()[slot].data());
 }
 
@@ -171,8 +171,7 @@ TYPED_TEST(States, KeepTheStepBeforeOfTwoFrames) {
 /// before rest again, and all others do.
 TYPED_TEST(States, ReadSomeVertices) {
   using S = TypeParam;
-  VertexLeafMap leaves;
-  leaves.assign(this->tree_.topology, this->model_.num_vertices);
+  DirtyNodes nodes = this->tree_.topology.dirtyNodes(this->tree_.positions.size());
   const auto read = [&](const std::vector<unsigned>& indices, const std::vector<Vector3<S>>& to) {
     const unsigned none = 0;
     const StepInput<S> input{StepKind::Replace, to.data(), to.size(),
@@ -180,20 +179,20 @@ TYPED_TEST(States, ReadSomeVertices) {
     std::map<unsigned, Vector3<S>> seen;
     this->states_.begin(this->target(), input);
     const auto summary =
-        this->states_.readSome(this->target(), input, leaves, [&](unsigned v, const Vector3<S>& p) {
+        this->states_.readSome(this->target(), input, nodes, [&](unsigned v, const Vector3<S>& p) {
           EXPECT_TRUE(seen.emplace(v, p).second) << v << " twice";
         });
     this->states_.accept(summary);
     for (const auto& [v, p] : seen) this->positions_[v] = p;
     for (int v = 0; v < this->vertices(); ++v)
       this->expectState(v, this->positions_[std::size_t(v)], this->motion(v));
-    for (const auto& [v, p] : seen) this->model_.vertices[v] = p;
+    for (const auto& [v, p] : seen) this->tree_.positions[v] = p;
     return seen;
   };
   for (auto& p : this->positions_) p += this->random_.point();  // first a step of all
   this->states_.begin(this->target(), this->input());
   this->readAll(this->input());
-  std::copy(this->positions_.begin(), this->positions_.end(), this->model_.vertices);
+  this->tree_.positions = this->positions_;
   using P = Vector3<S>;
   const auto seen = read({3, 7, 3}, {P(1, 1, 1), P(2, 2, 2), P(3, 3, 3)});
   EXPECT_EQ(2u, seen.size());
@@ -213,12 +212,11 @@ TYPED_TEST(States, ForgetWhatWasDiscarded) {
   const std::vector<Vector3<S>> to = {Vector3<S>(1, 1, 1)};
   const StepInput<S> input{StepKind::Replace, to.data(), 1, index.data()};
   this->states_.begin(this->target(), input);
-  VertexLeafMap leaves;
-  leaves.assign(this->tree_.topology, this->model_.num_vertices);
-  this->states_.readSome(this->target(), input, leaves, [](unsigned, const Vector3<S>&) {});
+  DirtyNodes nodes = this->tree_.topology.dirtyNodes(this->tree_.positions.size());
+  this->states_.readSome(this->target(), input, nodes, [](unsigned, const Vector3<S>&) {});
   for (int v = 0; v < this->vertices(); ++v)
-    if (v != 2) this->expectState(v, this->model_.vertices[v], Vector3<S>::Zero());
-  this->expectState(2, to[0], to[0] - this->model_.vertices[2]);
+    if (v != 2) this->expectState(v, this->tree_.positions[std::size_t(v)], Vector3<S>::Zero());
+  this->expectState(2, to[0], to[0] - this->tree_.positions[2]);
 }
 
 }  // namespace vertex_states_test
