@@ -111,7 +111,7 @@ TITLES = {
     "recorded": "`adaptive_bvh::distance` of models",
     "drop-in": "drop-in, `fcl::distance`",
     "drop-in-all": "drop-in that refits all",
-    "recorded-ad": "models, tests A and D",
+    "recorded-ab": "models, tests A and B",
     "drop-in-obbrss": "drop-in, OBBRSS",
     "recorded-obbrss": "`adaptive_bvh::distance` of models, OBBRSS",
     "expert-aabb": "FCL AABB, no copies, from the last pair",
@@ -414,7 +414,7 @@ def refit_cost(results):
     for key, title in (
         ("drop-in-all", "refit all"),
         ("drop-in", "A, p_max = 0.1, the default"),
-        ("recorded-ad", "A and D, p_max = 0.1, queries recorded"),
+        ("recorded-ab", "A and B, p_max = 0.1, queries recorded"),
         ("fcl-rss", "FCL RSS, top-down refit"),
     ):
         cells = []

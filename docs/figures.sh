@@ -87,13 +87,13 @@ part_thesis() {
   measure describe $bench/adaptive_bvh_bench --describe --further
 }
 part_large() {
-  distances large "coherent mesh drop-in drop-in-all recorded-ad fcl-rss expert-aabb" \
+  distances large "coherent mesh drop-in drop-in-all recorded-ab fcl-rss expert-aabb" \
     --orientation both --resolution "$(either 2 4)" --repeats "$(repeats 3)" "${one_scenario[@]}"
   distances thesis-large "thesis-a thesis-ab thesis-ab-or-bc thesis-all larsson drop-in-obbrss
     fcl-obbrss" --orientation general --resolution "$(either 2 4)" --repeats 1 "${one_scenario[@]}"
 }
 part_motions() {
-  distances stride "coherent mesh drop-in drop-in-all recorded-ad fcl-rss expert-aabb" --stride 4 \
+  distances stride "coherent mesh drop-in drop-in-all recorded-ab fcl-rss expert-aabb" --stride 4 \
     --orientation general --resolution 1 --resolution "$(either 2 4)" --repeats "$(repeats 3)" \
     "${one_scenario[@]}"
   distances moving "coherent mesh drop-in fcl-rss expert-aabb" --moving --orientation general \

@@ -28,7 +28,7 @@ jq_tools='
   def title: {
       coherent: "CoherentDistance", mesh: "adaptive_bvh::distance of meshes",
       recorded: "adaptive_bvh::distance of models", "drop-in": "drop-in, fcl::distance",
-      "drop-in-all": "drop-in that refits all", "recorded-ad": "models, tests A and D",
+      "drop-in-all": "drop-in that refits all", "recorded-ab": "models, tests A and B",
       "recorded-obbrss": "adaptive_bvh::distance, OBBRSS", "drop-in-obbrss": "drop-in, OBBRSS",
       "expert-aabb": "FCL AABB, no copies, last pair" }[.key] // .title;
   def is_ours: .key | test("^(coherent|mesh|recorded|drop-in|thesis|threads)");
