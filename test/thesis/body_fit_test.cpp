@@ -89,6 +89,7 @@ class Body {
       std::copy_n(model_->vertices, positions.size(), model_->prev_vertices);
     }
     std::copy(positions.begin(), positions.end(), model_->vertices);
+    tree_->positions = positions;
     adaptive_bvh::TaskPool alone(1);
     method_->propagate(target(), RefitPolicy(), alone);
     ASSERT_TRUE(method_->isInRange());
