@@ -78,6 +78,12 @@ double highestAlong(const Triangle& t, const Vector& n) {
   return std::max({n.dot(t[0]), n.dot(t[1]), n.dot(t[2])});
 }
 
+/// The part of n at right angles to an edge: of an edge of length 0, n.
+Vector acrossEdge(const Vector& edge, const Vector& n) {
+  const double square = edge.squaredNorm();
+  return square > 0 ? Vector(n - edge * (edge.dot(n) / square)) : n;
+}
+
 /// The material point of a shape that is at x at the time of `at`; x if the frame has no inverse.
 Vector materialPoint(const MovingBody::At& at, const Vector& x, const MovingBody::At& later) {
   const Vector local = at.frame.linear.partialPivLu().solve(x - at.frame.translation);
@@ -102,13 +108,17 @@ Vector MovingTrianglePair::guess(const At& at, int i) {
   return normal.dot(between) < 0 ? Vector(-normal) : normal;
 }
 
-std::array<Vector, 11> MovingTrianglePair::manyGuesses(const At& at, const Vector& n) {
-  std::array<Vector, 11> directions;
+std::array<Vector, 17> MovingTrianglePair::manyGuesses(const At& at, const Vector& n) {
+  std::array<Vector, 17> directions;
   const auto edges1 = edgesOf(at.a), edges2 = edgesOf(at.b);
   directions[0] = edges1[0].cross(edges1[1]);
   directions[1] = edges2[0].cross(edges2[1]);
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j) directions[2 + 3 * i + j] = edges1[i].cross(edges2[j]);
+  for (std::size_t i = 0; i < 3; ++i) {
+    directions[11 + i] = acrossEdge(edges1[i], n);
+    directions[14 + i] = acrossEdge(edges2[i], n);
+  }
   for (Vector& direction : directions) {
     direction = direction.stableNormalized();
     if (direction.dot(n) < 0) direction = -direction;

@@ -110,8 +110,8 @@ class MovingTrianglePair : public PairOfParts {
   /// The direction between the middles of both, and both normals.
   static constexpr int kGuesses = 3;
   static fcl::Vector3d guess(const At& at, int i);
-  /// Both normals, and what is perpendicular to an edge of each.
-  static std::array<fcl::Vector3d, 11> manyGuesses(const At& at, const fcl::Vector3d& n);
+  /// Both normals, what is perpendicular to an edge of each, and n made perpendicular to an edge.
+  static std::array<fcl::Vector3d, 17> manyGuesses(const At& at, const fcl::Vector3d& n);
   double farthest(const At& a, const At& b, const Sample& from, const Sample& to) const;
   double gapError(double distance) const { return slack_.ofGap(distance, 0x1p-44); }
 };
