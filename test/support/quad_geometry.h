@@ -82,11 +82,20 @@ inline Real squaredDistanceInside(const Point& a, const Point& b, const Point& c
   return height * height / square;
 }
 
-/// Six times the signed volume; 0 where it is mostly rounding.
-inline Real volume(const Point& a, const Point& b, const Point& c, const Point& d) {
+/// Six times the signed volume as its edges from d give it; 0 where it is mostly rounding.
+inline Real volumeFrom(const Point& d, const Point& a, const Point& b, const Point& c) {
   const Point u = a - d, v = b - d, w = c - d;
   const Real volume = dot(u, cross(v, w)), rounding = size(u) * size(v) * size(w) * Real(0x1p-106);
   return absolute(volume) <= rounding ? Real(0) : volume;
+}
+/// Six times the signed volume; 0 where it is mostly rounding from each of the corners: a corner
+/// whose edges are all long leaves nothing of the others' short edge.
+inline Real volume(const Point& a, const Point& b, const Point& c, const Point& d) {
+  Real volume = volumeFrom(d, a, b, c);
+  if (volume == 0) volume = -volumeFrom(a, d, b, c);
+  if (volume == 0) volume = -volumeFrom(b, a, d, c);
+  if (volume == 0) volume = -volumeFrom(c, a, b, d);
+  return volume;
 }
 /// Whether a segment that does not lie in the triangle's plane meets the triangle.
 inline bool meets(const Point& p, const Point& q, const Triangle& t) {
