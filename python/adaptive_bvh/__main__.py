@@ -30,6 +30,8 @@ def run():
                 signal.signal(number, _leave)
     except KeyboardInterrupt:
         status = INTERRUPTED
+    for number in signals:
+        signal.signal(number, signal.SIG_IGN)  # Python's own end would restore what kills the process
     sys.exit(status)
 
 
