@@ -241,7 +241,7 @@ class Subject {
       return;
     }
     if (in.oneIn(4)) {
-      updateTo(before, false, before, [&] { model_->update(model_->vertices, n); });
+      updateTo(before, true, before, [&] { model_->update(model_->vertices, n); });
       return;
     }
     const Point* const own =
