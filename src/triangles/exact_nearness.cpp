@@ -1,6 +1,9 @@
 #include "triangles/exact_nearness.h"
 
+#include <optional>
+
 #include "triangles/orientation.h"
+#include "triangles/triangle_intersection.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -155,11 +158,40 @@ class Grid {
   std::array<GridTests::Vector, kPoints> points_;
 };
 
-/// Calls decide(tests, difference), where difference(i, j) is points[i] - points[j].
+/// What the gaps of two triangles along the axes say: that they are near or not, if that is
+/// certain. A rounded gap is above the distance only if the gap is, and below it only if that is
+/// not. `is_open`: compares triangles across an axis, too: on the plane of the first, they may
+/// touch.
+std::optional<bool> byAxes(TrianglePoints<double> a, const TrianglePoints<double>& b,
+                           double distance, bool is_open) {
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const auto [low1, high1] = std::minmax({a[0][k], a[1][k], a[2][k]});
+    const auto [low2, high2] = std::minmax({b[0][k], b[1][k], b[2][k]});
+    const double from = low2 < low1 ? high2 : high1, to = low2 < low1 ? low1 : low2;
+    const double gap = to - from;
+    if (gap > distance) return false;
+    if (!is_open || low1 != high1 || low2 != high2) continue;
+    const bool is_exact = orientations::isExact(to, from, gap);
+    if (!(gap < distance || is_exact)) continue;
+    for (fcl::Vector3d& x : a) {
+      x[k] = low2;
+      if (x == b[0] || x == b[1] || x == b[2]) return true;  // usual on lattices
+    }
+    if (touch(a, b)) return true;
+    if (gap == distance && is_exact) return false;
+    for (fcl::Vector3d& x : a) x[k] = low1;
+  }
+  return std::nullopt;
+}
+
+/// Calls decide(tests, difference), where difference(i, j) is points[i] - points[j], if the axes
+/// leave it open for triangles a and b that repeat corners of the features.
 template <std::size_t kPoints, typename Decide>
-bool decideExactly(const std::array<const fcl::Vector3d*, kPoints>& points, double distance,
+bool decideExactly(const TrianglePoints<double>& a, const TrianglePoints<double>& b,
+                   const std::array<const fcl::Vector3d*, kPoints>& points, double distance,
                    const Decide& decide) {
   const Grid<kPoints> grid(points, distance);
+  if (const std::optional<bool> is_near = byAxes(a, b, distance, !grid.isExact())) return *is_near;
   if (isTaken(Shortcut::RoundedPredicates) && grid.isExact()) {
     const GridLimit limit(distance * grid.scale());
     const bool is_near = decide(GridTests(limit), grid);
@@ -180,20 +212,21 @@ bool decideExactly(const std::array<const fcl::Vector3d*, kPoints>& points, doub
 
 bool ExactNearness::areNear(const fcl::Vector3d& x, const TrianglePoints<double>& face) const {
   return decideExactly<4>(
-      {&x, &face[0], &face[1], &face[2]}, distance_,
+      {x, x, x}, face, {&x, &face[0], &face[1], &face[2]}, distance_,
       [](const auto& test, const auto& to) { return test.face(to(0, 1), to(2, 1), to(3, 1)); });
 }
 
 bool ExactNearness::areNear(const Segment& a, const Segment& b) const {
   return decideExactly<4>(
-      {&a[0], &a[1], &b[0], &b[1]}, distance_,
+      {a[0], a[1], a[1]}, {b[0], b[1], b[1]}, {&a[0], &a[1], &b[0], &b[1]}, distance_,
       [](const auto& test, const auto& to) { return test.edges(to(2, 0), to(1, 0), to(2, 3)); });
 }
 
 bool ExactNearness::areTrianglesNear(const TrianglePoints<double>& a,
                                      const TrianglePoints<double>& b) const {
   return decideExactly<6>(
-      {&a[0], &a[1], &a[2], &b[0], &b[1], &b[2]}, distance_, [](const auto& test, const auto& to) {
+      a, b, {&a[0], &a[1], &a[2], &b[0], &b[1], &b[2]}, distance_,
+      [](const auto& test, const auto& to) {
         for (std::size_t i = 0; i < 3; ++i)  // cheap, and often near
           for (std::size_t j = 3; j < 6; ++j)
             if (test.point(to(i, j))) return true;
