@@ -157,8 +157,8 @@ inline void addDeterminant(ExactSum& sum, const fcl::Vector3d& a, const fcl::Vec
                            const fcl::Vector3d& c, bool is_negative = false) {
   for (int k = 0; k < 3; ++k) {
     const int i = (k + 1) % 3, j = (k + 2) % 3;
-    is_negative ? sum.subtract(a[k], b[i], c[j]) : sum.add(a[k], b[i], c[j]);
-    is_negative ? sum.add(a[k], b[j], c[i]) : sum.subtract(a[k], b[j], c[i]);
+    const ExactSum minor = ExactSum(b[i]) * c[j] - ExactSum(b[j]) * c[i];
+    sum = sum + ExactSum(is_negative ? -a[k] : a[k]) * minor;
   }
 }
 
@@ -183,6 +183,19 @@ inline bool isExact(const fcl::Vector3d& x, const fcl::Vector3d& y, const fcl::V
   return isExact(x[0], y[0], d[0]) && isExact(x[1], y[1], d[1]) && isExact(x[2], y[2], d[2]);
 }
 
+/// Whether all components of three vectors are multiples of a power of two g and below 2^16 g. Then
+/// their determinant is computed without rounding: all terms are multiples of g^3 below 2^53 g^3.
+inline bool areShort(const fcl::Vector3d& p, const fcl::Vector3d& q, const fcl::Vector3d& r) {
+  const double size = std::max(
+      {p.lpNorm<Eigen::Infinity>(), q.lpNorm<Eigen::Infinity>(), r.lpNorm<Eigen::Infinity>()});
+  if (!(size > 0x1p-300 && size < 0x1p300)) return false;
+  const double rounds = std::ldexp(1.5, std::ilogb(size) + 37);  // sums are rounded to g
+  const auto isShort = [&](const fcl::Vector3d& v) -> bool {
+    return ((v.array() + rounds) - rounds == v.array()).all();
+  };
+  return isShort(p) && isShort(q) && isShort(r);
+}
+
 /// Whether a rounded determinant of three differences certainly has the correct sign. `size` is the
 /// product of the largest components of the three differences. With the unit roundoff u = 2^-53,
 /// the error of each of the six products is at most 5 u size, and the sum adds 20 u size: 50 u size
@@ -198,10 +211,12 @@ inline ExactSum exactDeterminant(const fcl::Vector3d& a, const fcl::Vector3d& b,
                                  const fcl::Vector3d& p, const fcl::Vector3d& q,
                                  const fcl::Vector3d& r) {
   ExactSum sum;
-  if (isExact(a, d, p) && isExact(b, d, q) && isExact(c, d, r))
-    addDeterminant(sum, p, q, r);  // the usual case for coordinates with few digits
-  else
+  if (isExact(a, d, p) && isExact(b, d, q) && isExact(c, d, r)) {
+    if (areShort(p, q, r)) return p.dot(q.cross(r));  // coordinates with few digits
+    addDeterminant(sum, p, q, r);
+  } else {
     addOrientation(sum, a, b, c, d);
+  }
   return sum;
 }
 
