@@ -165,10 +165,15 @@ inline void addDeterminant(ExactSum& sum, const fcl::Vector3d& a, const fcl::Vec
 /// Adds det(a - d, b - d, c - d).
 inline void addOrientation(ExactSum& sum, const fcl::Vector3d& a, const fcl::Vector3d& b,
                            const fcl::Vector3d& c, const fcl::Vector3d& d) {
-  addDeterminant(sum, a, b, c);
-  addDeterminant(sum, d, b, c, true);
-  addDeterminant(sum, a, d, c, true);
-  addDeterminant(sum, a, b, d, true);
+  const auto from = [&](const fcl::Vector3d& x, int k) -> ExactSum {
+    return ExactSum(x[k]) - d[k];
+  };
+  const ExactSum p[3] = {from(b, 0), from(b, 1), from(b, 2)},
+                 q[3] = {from(c, 0), from(c, 1), from(c, 2)};
+  for (int k = 0; k < 3; ++k) {
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    sum = sum + from(a, k) * (p[i] * q[j] - p[j] * q[i]);
+  }
 }
 
 namespace orientations {
