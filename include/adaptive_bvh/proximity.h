@@ -16,11 +16,11 @@ namespace adaptive_bvh {
 /// rays). Every answer is the one that a test of all pairs of triangles would give for the present
 /// positions, in double precision for meshes of either precision.
 ///
-/// **Rounding.** Distances are off by less than 2^-44 (6e-14) of the largest coordinate of the
-/// meshes, in the frame of the first. A pair whose distance differs from d by less than that may be
-/// included or not. The distance is 0 if and only if the triangles have a common point; pairs of
-/// features within the distance 0 are those that have one. That is decided without any error, for
-/// the second's corners as rounded in the frame of the first.
+/// **Rounding.** Whether a pair of meshes, triangles or features is at most d apart is decided
+/// without any error, for d and for the second's corners as rounded in the frame of the first:
+/// pairs exactly at d are included. Distances are off by less than 2^-44 (6e-14) of the largest
+/// coordinate of the meshes, in the frame of the first; `pairsWithin` reports none above d. The
+/// distance is 0 if and only if the triangles have a common point.
 ///
 /// **Frames and units.** `tf1` and `tf2` place the meshes in the world; lengths are in the meshes'
 /// unit. Queries read the present state of a deforming mesh; nothing is rebuilt.

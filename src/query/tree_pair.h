@@ -13,6 +13,7 @@
 #include "boxes/wide_search.h"
 #include "boxes/wide_tree.h"
 #include "query/placed_mesh.h"
+#include "triangles/exact_nearness.h"
 #include "triangles/triangle_gap.h"
 
 // Two meshes, or one with itself, as the input of a query: the map between their trees' coordinates
@@ -191,9 +192,14 @@ struct PairOfMeshes {
   /// Returns the nearest points and the distance of two triangles, in the first mesh's frame.
   /// Triangle 0 replaces an index that does not exist.
   TriangleGap gap(const TrianglePair& triangles) const {
-    TrianglePoints<double> q = corners(second, triangles.second);
-    for (fcl::Vector3d& x : q) x = to_first(x);
-    return gapOf(corners(first, triangles.first), q);
+    return gapOf(corners(first, triangles.first), inFirst(triangles.second));
+  }
+  /// Whether two triangles are at most `distance` apart.
+  bool isNear(const TrianglePair& triangles, double distance) const {
+    const TrianglePoints<double> p = corners(first, triangles.first), q = inFirst(triangles.second);
+    const ExactNearness nearness(distance,
+                                 first.bounds().aabb_radius + second.bounds().aabb_radius);
+    return nearness.areNear(gapOf(p, q).distance, p, q);
   }
 
   const PlacedMesh first, second;
@@ -202,6 +208,11 @@ struct PairOfMeshes {
  private:
   static TrianglePoints<double> corners(const PlacedMesh& mesh, unsigned triangle) {
     return mesh.pointsOf(triangle < unsigned(mesh.mesh.numTriangles()) ? triangle : 0u);
+  }
+  TrianglePoints<double> inFirst(unsigned triangle) const {
+    TrianglePoints<double> q = corners(second, triangle);
+    for (fcl::Vector3d& x : q) x = to_first(x);
+    return q;
   }
 };
 

@@ -207,30 +207,27 @@ class CandidateTester::UsedUp {
       reserve = near_limit_ - upper;
       return 1;
     }
-    const double distance = gapOf(first_.points(first), second_.points(second)).distance;
+    const TrianglePoints<double> p = first_.points(first), q = second_.points(second);
+    const double distance = gapOf(p, q).distance;
     reserve = inUnit(reserveOf(distance));
-    return distance <= distance_ ? 1 : 0;
+    return tester_.features_.nearness().areNear(distance, p, q) ? 1 : 0;
   }
 
-  /// Tests the features of two triangles. The query tests the features of triangles that are near;
-  /// rounding may prevent that only if a distance is as near to the limit as rounding goes.
+  /// Tests the features of two triangles. Sets the reserve, in a MotionUnit.
   Bits testFeatures(unsigned first, unsigned second, float& reserve) const {
     const FeatureTests::Triangle a = tester_.triangle(0, first_.leaf(first), first_.points(first)),
                                  b = tester_.triangle(1, second_.leaf(second),
                                                       second_.points(second));
     double least = std::numeric_limits<double>::infinity();
-    unsigned bits = 0, undecided = 0;
+    unsigned bits = 0;
     tester_.features_.forEach(a, b, [&](unsigned number, double distance, bool is_near) {
       const double left = distance_ < std::numeric_limits<double>::infinity()
                               ? reserveOf(distance)
                               : std::numeric_limits<double>::infinity();
       least = std::min(least, left);
-      if (!is_near) return;
-      bits |= 1u << number;
-      if (!(left > 0)) undecided |= 1u << number;
+      bits |= unsigned(is_near) << number;
     });
     reserve = inUnit(least);
-    if (bits && bits == undecided && !(gapOf(a.points, b.points).distance <= distance_)) return 0;
     return Bits(bits);
   }
 

@@ -42,7 +42,9 @@ class LeafIndices {
 class Surroundings {
  public:
   Surroundings(const PairOfMeshes& meshes, const LeafIndexPair& around)
-      : first_(meshes.first, around.first), second_(meshes.second, around.second) {
+      : first_(meshes.first, around.first),
+        second_(meshes.second, around.second),
+        radii_(meshes.first.bounds().aabb_radius + meshes.second.bounds().aabb_radius) {
     for (auto& t : second_.triangles)
       for (fcl::Vector3d& x : t.corners) x = meshes.to_first(x);
     for (Side* side : {&first_, &second_}) side->bound();
@@ -52,11 +54,12 @@ class Surroundings {
   bool find(double distance, LeafIndexPair& found) {
     second_.keep(distance, first_.box);
     first_.keep(distance, second_.box);
+    const ExactNearness nearness(distance, radii_);
     for (const auto& a : first_.triangles)
       for (const auto& b : second_.triangles)
         if (a.box.distance(b.box) <= distance &&
             !areSurelyFarther(a.corners, b.corners, distance) &&
-            gapOf(a.corners, b.corners).distance <= distance) {
+            nearness.areNear(gapOf(a.corners, b.corners).distance, a.corners, b.corners)) {
           found = {a.leaf_index, b.leaf_index};
           return true;
         }
@@ -100,6 +103,7 @@ class Surroundings {
   };
 
   Side first_, second_;
+  const double radii_;
 };
 
 /// What is known about the distance of two meshes from call to call.
@@ -181,15 +185,13 @@ struct KnownProximity {
 
   /// Returns whether there is a near pair: the witness, that of closeTriangles, or any other.
   bool searchNear(const Meshes& meshes, double distance) {
-    const double witness_distance = meshes.gap(witness).distance;
-    if (witness_distance <= distance) return setNear(meshes, witness);
+    if (meshes.isNear(witness, distance)) return setNear(meshes, witness);
     ++searches;
     const TrianglePair close = closeTriangles(meshes);
-    const double close_distance = meshes.gap(close).distance;
-    if (close_distance <= distance) return setNear(meshes, close);
+    if (meshes.isNear(close, distance)) return setNear(meshes, close);
     TrianglePair found{0, 0};
     if (searchAny(meshes, distance, found)) return setNear(meshes, found);
-    if (close_distance < witness_distance) witness = close;
+    if (meshes.gap(close).distance < meshes.gap(witness).distance) witness = close;
     return false;
   }
   /// Returns whether there is a near pair. If not, mostly sets a bound larger than `distance`: by
@@ -211,27 +213,26 @@ struct KnownProximity {
   /// searchBound by `compare`. Stops at a pair within `useful`, because a bound below that would
   /// not last, and then only searches for a near pair.
   bool searchByDistance(const Meshes& meshes, double distance, double useful) {
-    const double room = meshes.gap(witness).distance - distance;
-    if (room <= 0) return setNear(meshes, witness);
+    if (meshes.isNear(witness, distance)) return setNear(meshes, witness);
+    const double room = std::max(meshes.gap(witness).distance - distance, 0.);
     double lower_bound = distance + std::max(2 * kSteps * recentStep(), room / 2);
     if (!compare(meshes, useful, witness, lower_bound)) {
       ++searches;
       setBound(lower_bound);
       return false;
     }
-    if (meshes.gap(witness).distance > distance) return searchNear(meshes, distance);
+    if (!meshes.isNear(witness, distance)) return searchNear(meshes, distance);
     ++searches;
     return setNear(meshes, witness);
   }
   /// searchBound by searchAny. The bound is a larger distance if no pair is within it.
   bool searchByBoxes(const Meshes& meshes, double distance) {
-    const double witness_distance = meshes.gap(witness).distance;
-    if (witness_distance <= distance) return setNear(meshes, witness);
+    if (meshes.isNear(witness, distance)) return setNear(meshes, witness);
     ++searches;
-    const double room = witness_distance - distance;
+    const double room = std::max(meshes.gap(witness).distance - distance, 0.);
     double lower_bound = distance + std::clamp(2 * kSteps * recentStep(), room / 64, room / 2);
     if (searchAny(meshes, lower_bound, witness)) {
-      if (meshes.gap(witness).distance <= distance || searchAny(meshes, distance, witness))
+      if (meshes.isNear(witness, distance) || searchAny(meshes, distance, witness))
         return setNear(meshes, witness);
       lower_bound = distance;
     }

@@ -4,9 +4,8 @@
 #include "base/vectors.h"
 #include "boxes/wide_tree.h"
 #include "mesh/feature_owners.h"
+#include "triangles/exact_nearness.h"
 #include "triangles/feature_distance.h"
-#include "triangles/triangle_contact.h"
-#include "triangles/triangle_intersection.h"
 
 namespace adaptive_bvh {
 
@@ -33,7 +32,10 @@ class FeatureTests {
   /// `radii`: the sum of both meshes' radii. `is_self`: one mesh with itself; features with a
   /// vertex in common are left out.
   FeatureTests(double distance, double radii, bool is_self)
-      : distance_(distance), rounding_(kRounding * radii), is_self_(is_self) {}
+      : nearness_(distance, radii), is_self_(is_self) {}
+
+  /// Compares distances of triangles with the distance.
+  const ExactNearness& nearness() const { return nearness_; }
 
   /// Calls visit(number, distance, is_near) for each pair of features.
   template <typename Visit>
@@ -62,13 +64,6 @@ class FeatureTests {
   }
 
  private:
-  /// Whether two features are near, given their computed distance. touches(): exact test whether
-  /// they have a common point, called if rounding could hide that.
-  template <typename Touches>
-  bool isNear(double distance, const Touches& touches) const {
-    if (distance > rounding_) return distance <= distance_;
-    return (distance_ > 0 && distance <= distance_) || touches();
-  }
   bool areSame(int vertex1, int vertex2) const { return is_self_ && vertex1 == vertex2; }
 
   /// Tests the vertices that `owner` owns with the face.
@@ -81,9 +76,8 @@ class FeatureTests {
           areSame(v, face.vertices[1]) || areSame(v, face.vertices[2]))
         continue;
       const fcl::Vector3d& x = owner.points[k];
-      const auto touches = [&] { return touch({x, x, x}, face.points); };
       const double distance = vertexFaceDistance<double>(x, face.points).distance;
-      visit(first_number + k, distance, isNear(distance, touches));
+      visit(first_number + k, distance, nearness_.areNear(distance, x, face.points));
     }
   }
   /// Tests edge i of triangle a and edge j of b.
@@ -95,15 +89,12 @@ class FeatureTests {
       if (areSame(a.vertices[int(end)], b.vertices[int(j)]) ||
           areSame(a.vertices[int(end)], b.vertices[int(j1)]))
         return;
-    const fcl::Vector3d &p = a.points[i], &p1 = a.points[i1], &q = b.points[j], &q1 = b.points[j1];
-    const auto touches = [&] { return touch({p, p1, p1}, {q, q1, q1}); };
-    const double distance = edgeEdgeDistance<double>({p, p1}, {q, q1}).distance;
-    visit(6 + 3 * i + j, distance, isNear(distance, touches));
+    const ExactNearness::Segment p = {a.points[i], a.points[i1]}, q = {b.points[j], b.points[j1]};
+    const double distance = edgeEdgeDistance<double>(p, q).distance;
+    visit(6 + 3 * i + j, distance, nearness_.areNear(distance, p, q));
   }
 
-  static constexpr double kRounding = 0x1p-44;  // relative to the bodies' sizes
-  const double distance_;
-  const double rounding_;  ///< upper bound of the computed distance of features that touch
+  const ExactNearness nearness_;
   const bool is_self_;
 };
 

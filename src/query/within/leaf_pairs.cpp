@@ -13,7 +13,7 @@ class LeafPairSink {
  public:
   using Result = std::vector<FeaturePair>;
   static constexpr int kBatch = 256;
-  static constexpr bool kStopsAtFirst = false, kTakesUndecided = kTakesAll;
+  static constexpr bool kStopsAtFirst = false, kTakesUndecided = kTakesAll, kTakesOpen = false;
 
   LeafPairSink(bool is_self, Result& result) : is_self_(is_self), result_(result) {}
 

@@ -20,7 +20,7 @@ namespace adaptive_bvh {
 /// A sink of WithinTests that keeps the first near pair.
 struct AnyPair {
   static constexpr int kBatch = 128;
-  static constexpr bool kStopsAtFirst = true, kTakesUndecided = false;
+  static constexpr bool kStopsAtFirst = true, kTakesUndecided = false, kTakesOpen = false;
 
   bool found = false;
   LeafIndexPair pair{0, 0};
@@ -39,7 +39,7 @@ class PairSink {
  public:
   using Result = TrianglePairs<double>;
   static constexpr int kBatch = 256;
-  static constexpr bool kStopsAtFirst = false, kTakesUndecided = false;
+  static constexpr bool kStopsAtFirst = false, kTakesUndecided = false, kTakesOpen = false;
 
   /// `is_self`: the pairs of one mesh; the smaller index comes first.
   PairSink(const PairInput& input, const ProximityRequest<double>& request, bool is_self,
@@ -100,16 +100,13 @@ class PairSink {
 template <typename Sink>
 void testAllPairs(const PairInput& input, Sink& sink) {
   const SameFrame frame;  // the exact tests do not use it
-  const WithinTests<SameFrame, Sink> tests(sink, input, frame);
+  WithinTests<SameFrame, Sink> tests(sink, input, frame);
   sink.clear();
   if (areBallsFarther(input.first, input.second, input.to_first, input.distance)) return;
   const auto size1 = static_cast<unsigned>(input.first.mesh.numTriangles()),
              size2 = static_cast<unsigned>(input.second.mesh.numTriangles());
   for (unsigned i = 0; i < size1; ++i)
-    for (unsigned j = 0; j < size2 && !sink.isDone(); ++j) {
-      const TriangleGap gap = tests.gap({i, j});
-      if (tests.isNear(gap)) sink.add({i, j}, &gap);
-    }
+    for (unsigned j = 0; j < size2 && !sink.isDone(); ++j) tests.testAlone({i, j});
 }
 
 /// Whether any pair of triangles is within `distance`, by a search with boxes grown by the
@@ -159,11 +156,18 @@ inline bool canCompare(const PairOfMeshes& meshes, double distance) {
   return distance > kNearlyZero * size;
 }
 
-/// Whether the distance of the meshes is at most `enough`, by a NearestSearch that ends as soon as
-/// this is known. If not, lowers `lower_bound` to the distance, if that is less. `witness`: a pair
-/// that may be near; becomes the nearest pair found.
+/// Whether the distance of the meshes is at most `enough` or a little larger, by a NearestSearch
+/// that ends as soon as this is known; false is certain. If not, lowers `lower_bound` to a lower
+/// bound of the distance, if that is less. `witness`: a pair that may be near; becomes the nearest
+/// pair found. `errors` exceed those of DistanceRounding, and of gapOf.
 inline bool compare(const PairOfMeshes& meshes, double enough, TrianglePair& witness,
                     double& lower_bound) {
+  const auto sizeOf = [](const PlacedMesh& mesh) -> double {
+    return mesh.bounds().aabb_center.lpNorm<1>() + 2 * mesh.bounds().aabb_radius;
+  };
+  const double errors = 0x1p-45 * (meshes.to_first.T.lpNorm<1>() + sizeOf(meshes.first) +
+                                   sizeOf(meshes.second) + enough);
+  enough += errors;
   const fcl::DistanceRequestd request;
   fcl::DistanceResultd result(
       std::max(lower_bound, std::nextafter(enough, std::numeric_limits<double>::max())));
@@ -172,7 +176,7 @@ inline bool compare(const PairOfMeshes& meshes, double enough, TrianglePair& wit
   nearest.addWitness(int(witness.first), int(witness.second));
   NearestSearch(meshes.first, meshes.second, nearest).run();
   if (nearest.isImproved()) witness = {unsigned(result.b1), unsigned(result.b2)};
-  lower_bound = result.min_distance;
+  lower_bound = result.min_distance - errors;
   return result.min_distance <= enough;
 }
 

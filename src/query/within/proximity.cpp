@@ -24,7 +24,7 @@ class FeatureSink {
  public:
   using Result = FeaturePairs;
   static constexpr int kBatch = 256;
-  static constexpr bool kStopsAtFirst = false, kTakesUndecided = false;
+  static constexpr bool kStopsAtFirst = false, kTakesUndecided = false, kTakesOpen = true;
 
   /// `is_self`: one mesh with itself; features with a vertex in common are left out.
   FeatureSink(const PairInput& input, const FeatureProximityRequest<double>& request, bool is_self,
@@ -39,7 +39,7 @@ class FeatureSink {
   static bool isDone() { return false; }
   void clear() { result_.clear(); }
 
-  /// Adds the near pairs of features of two near triangles.
+  /// Adds the near pairs of features of two triangles.
   void add(const LeafIndexPair& pair, const TriangleGap*) {
     const FeatureTests::Triangle a{in_.tree1.corners(pair.first),
                                    in_.first.mesh.topology->owners[pair.first],
@@ -131,7 +131,8 @@ bool isNearer(const PairOfMeshes& meshes, double distance) {
   TrianglePair pair{0, 0};
   if (!isFewEdges(meshes, distance) && canCompare(meshes, distance)) {
     double lower_bound = distance;  // not used
-    return compare(meshes, distance, pair, lower_bound);
+    if (!compare(meshes, distance, pair, lower_bound)) return false;
+    if (meshes.isNear(pair, distance)) return true;
   }
   return searchAny(meshes, distance, pair);
 }

@@ -8,6 +8,7 @@
 #include "query/pair_filter.h"
 #include "query/tree_pair.h"
 #include "query/triangle_search.h"
+#include "triangles/exact_nearness.h"
 #include "triangles/triangle_block.h"
 #include "triangles/triangle_distances4.h"
 #include "triangles/triangle_gap.h"
@@ -17,8 +18,9 @@ namespace adaptive_bvh {
 /// Finds the pairs of triangles within a distance ("near"), among those whose boxes, grown by the
 /// distance, overlap. The Tests of a TriangleSearch. In single precision, several pairs at a time,
 /// it finds pairs that are certainly near or apart: by corners, for one triangle and those of a
-/// leaf, or along separating axes (kByAxes); then, in batches, by edges and faces. The exact
-/// distance in double precision decides about the few pairs left.
+/// leaf, or along separating axes (kByAxes); then, in batches, by edges and faces. The distance in
+/// double precision decides about the few pairs left, and exact arithmetic about those that are
+/// within its error of the limit.
 ///
 ///   sink.add(pair, gap)   takes a near pair, in the order in which pairs are found; `gap` may be
 ///                         null unless needsGap()
@@ -27,6 +29,7 @@ namespace adaptive_bvh {
 ///   Sink::kStopsAtFirst   whether one pair is enough; then most tested pairs are apart
 ///   Sink::kTakesUndecided whether it takes all pairs that the corners do not prove to be apart:
 ///                         no further tests are made
+///   Sink::kTakesOpen      whether it takes pairs that single precision leaves open
 ///   Sink::kBatch          number of pairs that are tested together, at least 32
 template <typename Frame, typename Sink>
 class WithinTests {
@@ -37,7 +40,9 @@ class WithinTests {
         sink_(sink),
         limit_(
             static_cast<float>(std::min(input.distance * input.tree1.scale(), double(kLargest)))),
-        errors_(pairErrors(frame, input.tree1.scale(), limit_ * kUp)) {}
+        errors_(pairErrors(frame, input.tree1.scale(), limit_ * kUp)),
+        nearness_(input.distance,
+                  input.first.bounds().aabb_radius + input.second.bounds().aabb_radius) {}
 
   /// Tests triangles of two leaves: bit 4 j + i of `pairs` for triangle i of a and j of b.
   ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned pairs) {
@@ -56,11 +61,8 @@ class WithinTests {
   /// Tests the pairs that were found but not yet tested.
   void finish() { testAll(); }
 
-  /// Returns the exact distance and nearest points of one pair.
-  TriangleGap gap(const LeafIndexPair& pair) const {
-    return gapOf(in_.pointsOfFirst(pair.first), in_.pointsOfSecond(pair.second));
-  }
-  bool isNear(const TriangleGap& gap) const { return gap.distance <= in_.distance; }
+  /// Passes a pair to the sink if it is near, without tests in single precision.
+  void testAlone(const LeafIndexPair& pair) { settle(pair, kOpen); }
 
  private:
   static constexpr int kFirstBatch = 32;  // small, if one pair is enough
@@ -178,13 +180,16 @@ class WithinTests {
   /// Passes a pair with this verdict to the sink if it is near. Decides about open pairs exactly.
   ADAPTIVE_BVH_INLINE void settle(const LeafIndexPair& pair, std::uint8_t verdict) {
     if (verdict == kApart) return;
-    if (verdict == kNear && !sink_.needsGap()) return sink_.add(pair, nullptr);
+    if (Sink::kTakesOpen || (verdict == kNear && !sink_.needsGap()))
+      return sink_.add(pair, nullptr);
     const TrianglePoints<double> p = in_.pointsOfFirst(pair.first),
                                  q = in_.pointsOfSecond(pair.second);
     if (kByAxes && isTaken(Shortcut::SinglePrecision) && areSurelyFarther(p, q, in_.distance))
       return;
-    const TriangleGap exact = gapOf(p, q);
-    if (verdict == kNear || isNear(exact)) sink_.add(pair, &exact);
+    TriangleGap gap = gapOf(p, q);
+    if (verdict != kNear && !nearness_.areNear(gap.distance, p, q)) return;
+    gap.distance = std::min(gap.distance, in_.distance);  // it may be larger by rounding
+    sink_.add(pair, &gap);
   }
 
   /// Returns four pairs, in the coordinates of the first tree.
@@ -199,6 +204,7 @@ class WithinTests {
   Sink& sink_;
   const float limit_;  ///< the distance in the first tree's unit
   const PairErrors errors_;
+  const ExactNearness nearness_;
   const WideNode *first_leaf_ = nullptr, *second_leaf_ = nullptr;  ///< the leaves that were read
   TriangleDistances4::Seen first_;                                 ///< triangles of first_leaf_
   Vector4x3 second_[3];                                            ///< corners of second_leaf_
