@@ -123,15 +123,21 @@ void lowerTo(SweptPart& first, SweptPart& second, double separation, double para
 Impact convexImpact(const SweptBody& a, const SweptBody& b, double separation) {
   Impact best;
   const Leased<std::array<MovingBoxes, 2>> memory;
-  SweptParts first(a, b.box, separation, (*memory)[0]), second(b, a.box, separation, (*memory)[1]);
+  SweptParts second(b, a.box, separation, (*memory)[1]);
+  if (second.all.empty()) return best;
+  std::vector<WorldBox> boxes;
+  WorldBox around = second.all.front().box;  // an octree's own box is far larger than its cells
+  for (const SweptPart& y : second.all) {
+    boxes.push_back(y.box);
+    around = aroundBoth(around, y.box);
+  }
+  SweptParts first(a, around, separation, (*memory)[0]);
   const double parallel = a.body.geometry.parallel();
   if (first.all.size() <= 1 || second.all.size() <= 1) {
     for (SweptPart& x : first.all)
       for (SweptPart& y : second.all) lowerTo(x, y, separation, parallel, best);
     return best;
   }
-  std::vector<WorldBox> boxes;
-  for (const SweptPart& y : second.all) boxes.push_back(y.box);
   BodyTree tree;
   tree.update(boxes);
   for (SweptPart& x : first.all)
