@@ -73,7 +73,7 @@ class FeatureLists {
     return (*mesh.owners)[leaf_index].triangle;
   }
 
-  const SweptPair& pair_;
+  const SweptPair pair_;
   const bool is_self_;
   FeaturePairs& pairs_;
 };

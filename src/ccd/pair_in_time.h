@@ -42,10 +42,12 @@ TimeBound boundBetween(const Pair& pair, const PairSample<Pair>& a, const PairSa
 /// Whether a pair is at least `distance` apart between two times, along one direction. False if the
 /// direction is zero, unless the distance is less than zero.
 template <typename Pair>
-bool isApartAlong(const Pair& pair, const typename Pair::At& a, const typename Pair::At& b,
-                  const fcl::Vector3d& n, double distance) {
-  return pair.separation(a, n) - distance >= 0 &&
-         std::min(pair.separation(a, n), pair.separation(b, n)) - pair.slack(a, b) >= distance;
+ADAPTIVE_BVH_INLINE bool isApartAlong(const Pair& pair, const typename Pair::At& a,
+                                      const typename Pair::At& b, const fcl::Vector3d& n,
+                                      double distance) {
+  const double first = pair.separation(a, n);
+  return first - distance >= 0 &&
+         std::min(first, pair.separation(b, n)) - pair.slack(a, b) >= distance;
 }
 
 /// The same along any of the pair's guesses.

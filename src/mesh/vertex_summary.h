@@ -131,10 +131,11 @@ struct VertexSummary {
   }
 };
 
-/// Copies a contiguous array of points. Returns the largest squared distance from `middle`.
+/// Copies a contiguous array of points, also to a second array unless that is null. Returns the
+/// largest squared distance from `middle`.
 template <typename S>
 S copyPoints(const fcl::Vector3<S>* from, std::size_t count, const fcl::Vector3<S>& middle,
-             fcl::Vector3<S>* to) {
+             fcl::Vector3<S>* to, fcl::Vector3<S>* second = nullptr) {
   using Packed = PackedPoints<S>;
   const Packed middles = Packed::repeated(middle);
   Pack<S> squares{};
@@ -142,12 +143,14 @@ S copyPoints(const fcl::Vector3<S>* from, std::size_t count, const fcl::Vector3<
   for (; v + Packed::kPoints <= count; v += Packed::kPoints) {
     const Packed x = Packed::load(from + v);
     x.store(to + v);
+    if (second) x.store(second + v);
     squares = packs::upper<Pack<S>>((x - middles).squares(), squares);
   }
   S most = packs::largest(squares);
   for (; v < count; ++v) {
     const fcl::Vector3<S> x = from[v], d = x - middle;
     to[v] = x;
+    if (second) second[v] = x;
     most = std::max(most, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
   }
   return most;

@@ -14,19 +14,18 @@
 namespace adaptive_bvh {
 namespace {
 
-[[noreturn]] void refuseOctree(const Body& body) {
-  throw std::invalid_argument("adaptive_bvh: body " + std::to_string(body.id) +
-                              " is an octree, which has no clearance over a motion; give it a "
-                              "group that this query leaves out");
-}
-
-/// Throws std::invalid_argument if an octree may pair with a body; with any if that is null.
+/// Throws std::invalid_argument if a body is an octree or may pair with one; any body if that is
+/// null.
 void requireNoOctree(const SceneState& scene, const Body* body) {
   for (const Body& octree : scene.bodies) {
     if (!octree.isOctree()) continue;
-    for (const Body& other : scene.bodies)
-      if ((!body || body == &other) && &octree != &other && scene.admits(octree, other))
-        refuseOctree(octree);
+    const auto pairs = [&](const Body& other) {
+      return (!body || body == &other) && &octree != &other && scene.admits(octree, other);
+    };
+    if (body == &octree || std::any_of(scene.bodies.begin(), scene.bodies.end(), pairs))
+      throw std::invalid_argument("adaptive_bvh: body " + std::to_string(octree.id) +
+                                  " is an octree, which has no clearance over a motion; give it a "
+                                  "group that this query leaves out");
   }
 }
 
@@ -219,7 +218,6 @@ void intervalsOf(const Body& a, const Body& b, double clearance, double toleranc
 SceneClearance SceneState::leastDistance(BodyId body, double tolerance, FramePath path) const {
   requireCurrent();
   const Body& first = bodies[indexOf(body)];
-  if (first.isOctree()) refuseOctree(first);
   requireNoOctree(*this, &first);
   NearestOverStep search(*this, first, tolerance, path);
   SceneClearance best;
@@ -247,7 +245,6 @@ void SceneState::leastDistances(BodyId body, std::size_t k, double tolerance, Fr
                                 std::vector<SceneClearance>& result) const {
   requireCurrent();
   const Body& first = bodies[indexOf(body)];
-  if (first.isOctree()) refuseOctree(first);
   requireNoOctree(*this, &first);
   NearestOverStep search(*this, first, tolerance, path);
   result.clear();

@@ -1,6 +1,7 @@
 // The first impact of a scene's bodies in a step: searches the pairs whose swept boxes overlap.
 #include <algorithm>
 #include <array>
+#include <deque>
 #include <limits>
 #include <optional>
 
@@ -26,44 +27,52 @@ struct SweptBody {
 
 /// A mesh, a shape or a cell of an octree that moves.
 struct SweptPart {
-  BoxedBody& boxed;
-  const WorldBox& box;  ///< around the motion
-  unsigned number;      ///< of a cell; SceneImpact::kNoFeature for a mesh or a shape
+  BoxedBody boxed;
+  WorldBox box;     ///< around the motion
+  unsigned number;  ///< of a cell; SceneImpact::kNoFeature for a mesh or a shape
 };
 
-/// Calls use(part) with a mesh or a shape, or with the cells of an octree that may come within
-/// `separation` of a box.
-template <typename Use>
-void forEachPart(const SweptBody& swept, const WorldBox& other, double separation,
-                 MovingBoxes& memory, const Use& use) {
-  const Body& body = swept.body;
-  if (!body.isOctree()) {
-    const SteppingBody stepping(body, FramePath::Straight);
-    BoxedBody boxed(stepping.moving(), memory);
-    use(SweptPart{boxed, swept.box, SceneImpact::kNoFeature});
-    return;
+/// A mesh or a shape, or the cells of an octree that may come within `separation` of a box.
+class SweptParts {
+ public:
+  /// `memory` is that of all cells, so each of them may meet one mesh only.
+  SweptParts(const SweptBody& swept, const WorldBox& other, double separation,
+             MovingBoxes& memory) {
+    const Body& body = swept.body;
+    if (!body.isOctree()) {
+      whole_.emplace(body, FramePath::Straight);
+      all.push_back({{whole_->moving(), memory}, swept.box, SceneImpact::kNoFeature});
+      return;
+    }
+    const fcl::Transform3d from = rotated(body.start_tf), to = rotated(body.tf);
+    const auto boxOf = [&](const CellBall& ball) -> WorldBox {
+      const fcl::Vector3d a = from * ball.middle, b = to * ball.middle;
+      const double margin = ball.radius + 1e-12 * (a.norm() + b.norm());
+      return {a.cwiseMin(b).array() - margin, a.cwiseMax(b).array() + margin};
+    };
+    const auto bound = [&](const CellBall& ball) {
+      return gapOf(boxOf(ball), other) <= separation ? 0. : kNone;
+    };
+    const QueryObject object(body.geometry.at(fcl::Transform3d::Identity()));
+    object.parts().visit(
+        bound, [] { return 0.; },
+        [&](const ConvexPart& part) {
+          const auto& [solid, tf] = part.placed;
+          solids_.push_back(static_cast<const BoxSolid&>(solid));
+          cells_.emplace_back(solids_.back(), FrameMotion(from * tf, to * tf, FramePath::Straight));
+          const WorldBox box = boxOf({tf.translation(), cells_.back().radius()});
+          all.push_back({{cells_.back(), memory}, box, static_cast<unsigned>(part.id)});
+          return false;
+        });
   }
-  const fcl::Transform3d from = rotated(body.start_tf), to = rotated(body.tf);
-  const auto boxOf = [&](const CellBall& ball) -> WorldBox {
-    const fcl::Vector3d a = from * ball.middle, b = to * ball.middle;
-    const double margin = ball.radius + 1e-12 * (a.norm() + b.norm());
-    return {a.cwiseMin(b).array() - margin, a.cwiseMax(b).array() + margin};
-  };
-  const auto bound = [&](const CellBall& ball) {
-    return gapOf(boxOf(ball), other) <= separation ? 0. : kNone;
-  };
-  const QueryObject object(body.geometry.at(fcl::Transform3d::Identity()));
-  object.parts().visit(
-      bound, [] { return 0.; },
-      [&](const ConvexPart& part) {
-        const auto& [solid, tf] = part.placed;
-        const MovingBody cell(solid, FrameMotion(from * tf, to * tf, FramePath::Straight));
-        BoxedBody boxed(cell, memory);
-        const WorldBox box = boxOf({tf.translation(), cell.radius()});
-        use(SweptPart{boxed, box, static_cast<unsigned>(part.id)});
-        return false;
-      });
-}
+
+  std::vector<SweptPart> all;
+
+ private:
+  std::optional<SteppingBody> whole_;
+  std::deque<BoxSolid> solids_;
+  std::deque<MovingBody> cells_;
+};
 
 /// The time at which two planes or half-spaces touch: 0 if one turns, because only parallel ones
 /// are apart. `parallel`: the largest sine of an angle that counts as parallel.
@@ -91,10 +100,10 @@ double timeOfFlatImpact(const MovingBody& first, const MovingBody& second, doubl
 
 /// Lowers `best` to the first impact of two parts. Of impacts at the same time, the smallest
 /// numbers count.
-void lowerTo(const SweptPart& first, const SweptPart& second, double separation, double parallel,
+void lowerTo(SweptPart& first, SweptPart& second, double separation, double parallel,
              Impact& best) {
   const bool swaps = orderOf(first.boxed.body) > orderOf(second.boxed.body);
-  const SweptPart &a = swaps ? second : first, &b = swaps ? first : second;
+  SweptPart &a = swaps ? second : first, &b = swaps ? first : second;
   MotionClearance found;
   if (a.boxed.body.flat())
     found.time = timeOfFlatImpact(a.boxed.body, b.boxed.body, separation, parallel);
@@ -109,20 +118,33 @@ void lowerTo(const SweptPart& first, const SweptPart& second, double separation,
     best = {found.time, {}, pair};
 }
 
-/// The first impact of two bodies, at least one of which is not a mesh.
+/// The first impact of two bodies, at least one of which is not a mesh. Of two octrees, a tree of
+/// boxes finds the pairs of cells.
 Impact convexImpact(const SweptBody& a, const SweptBody& b, double separation) {
   Impact best;
-  if (a.body.isOctree() && !b.body.isOctree()) {  // what is made of the first body serves all cells
-    best = convexImpact(b, a, separation);
-    std::swap(best.pair.first, best.pair.second);
+  const Leased<std::array<MovingBoxes, 2>> memory;
+  SweptParts second(b, a.box, separation, (*memory)[1]);
+  if (second.all.empty()) return best;
+  std::vector<WorldBox> boxes;
+  WorldBox around = second.all.front().box;  // an octree's own box is far larger than its cells
+  for (const SweptPart& y : second.all) {
+    boxes.push_back(y.box);
+    around = aroundBoth(around, y.box);
+  }
+  SweptParts first(a, around, separation, (*memory)[0]);
+  const double parallel = a.body.geometry.parallel();
+  if (first.all.size() <= 1 || second.all.size() <= 1) {
+    for (SweptPart& x : first.all)
+      for (SweptPart& y : second.all) lowerTo(x, y, separation, parallel, best);
     return best;
   }
-  const Leased<std::array<MovingBoxes, 2>> memory;
-  forEachPart(a, b.box, separation, (*memory)[0], [&](const SweptPart& first) {
-    forEachPart(b, first.box, separation, (*memory)[1], [&](const SweptPart& second) {
-      lowerTo(first, second, separation, a.body.geometry.parallel(), best);
+  BodyTree tree;
+  tree.update(boxes);
+  for (SweptPart& x : first.all)
+    tree.visitByDistance(x.box, [&](unsigned i, double gap) {
+      if (gap <= separation) lowerTo(x, second.all[i], separation, parallel, best);
+      return separation;
     });
-  });
   return best;
 }
 

@@ -61,9 +61,8 @@ class AllVertices {
         target_.model.num_vertices, pool_.size(), [&](int first, int last, int thread) {
           const S squared =
               copyPoints(input_.positions + first, static_cast<std::size_t>(last - first),
-                         target_.model.aabb_center, target_.model.vertices + first);
-          std::copy(input_.positions + first, input_.positions + last,
-                    target_.tree.positions.begin() + first);
+                         target_.model.aabb_center, target_.model.vertices + first,
+                         target_.tree.positions.data() + first);
           squared_radius_[thread] = std::max(squared_radius_[thread], squared);
         });
     setLocalRadius(target_.model,
