@@ -6,7 +6,7 @@
 
 #include "ccd/motion_supports.h"
 #include "ccd/moving_boxes.h"
-#include "ccd/neighbour_ranges.h"
+#include "query/neighbour_ranges.h"
 
 namespace adaptive_bvh {
 

@@ -12,7 +12,7 @@
 #include <string>
 #include <utility>
 
-#include "ccd/neighbour_ranges.h"
+#include "query/neighbour_ranges.h"
 
 namespace adaptive_bvh {
 namespace {
