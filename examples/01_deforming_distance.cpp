@@ -34,14 +34,14 @@ double milliseconds(Work&& work) {
 
 int main(int argc, char** argv) {
   const std::string data = ADAPTIVE_BVH_EXAMPLE_DATA;
-  const auto helmet = adaptive_bvh::loadMesh<double>(data + "/helmet.obj");
-  const auto plate = adaptive_bvh::loadMesh<double>(data + "/plate.ply");
+  const auto helmet = adaptive_bvh::loadMesh(data + "/helmet.obj");
+  const auto plate = adaptive_bvh::loadMesh(data + "/plate.ply");
 
-  adaptive_bvh::DeformableMeshd our_helmet(helmet), our_plate(plate);
+  adaptive_bvh::DeformableMesh our_helmet(helmet), our_plate(plate);
   fcl::BVHModel<fcl::RSSd> fcl_helmet, fcl_plate;
   fillModel(helmet, fcl_helmet);
   fillModel(plate, fcl_plate);
-  adaptive_bvh::CoherentDistanced pair(our_helmet, our_plate);  // follows the two over steps
+  adaptive_bvh::CoherentDistance pair(our_helmet, our_plate);  // follows the two over steps
 
   const fcl::Transform3d origin = fcl::Transform3d::Identity();
   Page page(argc, argv, "A helmet above a plate");

@@ -48,8 +48,8 @@ int main(int argc, char** argv) {
     cloth.endReplaceModel();  // FCL would now refit 1,599 volumes, and wrongly: see README
 
     fcl::DistanceResultd result;
-    fcl::distance<double>(&cloth, fcl::Transform3d::Identity(), &floor, below,
-                          fcl::DistanceRequestd(true), result);
+    fcl::distance(&cloth, fcl::Transform3d::Identity(), &floor, below, fcl::DistanceRequestd(true),
+                  result);
     page.frame(result);
     std::printf("step %2d: distance %.6f, %4d of %d volumes refitted\n", step, result.min_distance,
                 cloth.lastUpdate().refitted(), cloth.lastUpdate().nodes);

@@ -34,7 +34,7 @@ int main(int argc, char** argv) {
       triangles.emplace_back(v, v + 1, v + kCells + 2);
       triangles.emplace_back(v, v + kCells + 2, v + kCells + 1);
     }
-  adaptive_bvh::DeformableMeshd mesh(sheet(0), triangles);
+  adaptive_bvh::DeformableMesh mesh(sheet(0), triangles);
 
   Page page(argc, argv, "A sheet that is folded through itself");
   page.add(mesh, fcl::Transform3d::Identity(), "sheet");

@@ -9,7 +9,7 @@
 #include "adaptive_bvh/proximity.h"
 #include "page.h"
 
-using Mesh = adaptive_bvh::DeformableMeshd;
+using Mesh = adaptive_bvh::DeformableMesh;
 using Point = fcl::Vector3d;
 
 constexpr std::size_t kAround = 24, kAlong = 120;
@@ -61,7 +61,7 @@ int main(int argc, char** argv) {
   std::vector<double> clearance;
   for (int step = 0; step <= 10; ++step) {
     hose.update(pipe(0.1, 0.014 * step));
-    adaptive_bvh::clearance(hose, origin, duct, origin, kLimit, clearance);
+    adaptive_bvh::vertexDistances(hose, origin, duct, origin, kLimit, clearance);
     const double now = *std::min_element(clearance.begin(), clearance.end());
     const auto near =
         std::count_if(clearance.begin(), clearance.end(), [](double c) { return c < 0.05; });

@@ -6,8 +6,8 @@
 #include "adaptive_bvh/continuous_collision.h"
 #include "page.h"
 
-using Mesh = adaptive_bvh::DeformableMeshd;
-using Motion = adaptive_bvh::Motion<double>;
+using Mesh = adaptive_bvh::DeformableMesh;
+using Motion = adaptive_bvh::Motion;
 using Point = fcl::Vector3d;
 
 constexpr std::size_t kCells = 30;
@@ -60,7 +60,7 @@ int main(int argc, char** argv) {
     page.frame();
     std::printf("step %d: safe up to %.3f of the step, fallen by %.4f\n", step, safe, fallen);
     const char* const kinds[] = {"vertex and triangle", "triangle and vertex", "edge and edge"};
-    if (impact.happens())
+    if (impact.exists())
       std::printf("  %s %u, %u would come together first\n", kinds[static_cast<int>(impact.kind)],
                   impact.pair.first, impact.pair.second);
   }

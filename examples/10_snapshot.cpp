@@ -10,7 +10,7 @@
 #include "adaptive_bvh/query.h"
 #include "page.h"
 
-using Mesh = adaptive_bvh::DeformableMeshd;
+using Mesh = adaptive_bvh::DeformableMesh;
 using Point = fcl::Vector3d;
 
 constexpr std::size_t kCells = 60;

@@ -12,7 +12,7 @@
 #include "adaptive_bvh/scene.h"
 #include "page.h"
 
-using Mesh = adaptive_bvh::DeformableMeshd;
+using Mesh = adaptive_bvh::DeformableMesh;
 using Point = fcl::Vector3d;
 
 constexpr int kAround = 16, kAlong = 200;
@@ -51,7 +51,7 @@ std::shared_ptr<fcl::CollisionGeometryd> part(int i) {
 
 int main(int argc, char** argv) {
   Mesh mesh = hose();
-  adaptive_bvh::Scened scene;
+  adaptive_bvh::Scene scene;
   const adaptive_bvh::BodyId id = scene.add(mesh);
   adaptive_bvh::BodyOptions of_part;  // parts pair with the hose, not with each other
   of_part.group = 2;
@@ -69,12 +69,12 @@ int main(int argc, char** argv) {
   page.follow(scene);
   adaptive_bvh::SceneCollisionRequest pairs_only;
   pairs_only.contacts_per_pair = 0;
-  adaptive_bvh::SceneCollisions<double> touching;
+  adaptive_bvh::SceneCollisions touching;
   for (int step = 1; step <= 40; ++step) {
     mesh.update(hoseAt(0.05 * step));
     scene.update();
     const auto nearest = scene.nearest(id);
-    scene.collisions(pairs_only, touching);
+    scene.collide(pairs_only, touching);
     page.note("Nearest to the hose: body " + std::to_string(nearest.bodies.second));
     page.frame(nearest);
     if (step % 5 == 0)

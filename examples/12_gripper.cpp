@@ -10,7 +10,7 @@
 #include "adaptive_bvh/penetration.h"
 #include "page.h"
 
-using Mesh = adaptive_bvh::DeformableMeshd;
+using Mesh = adaptive_bvh::DeformableMesh;
 using Point = fcl::Vector3d;
 using Points = std::vector<Point>;
 
@@ -47,7 +47,7 @@ int main(int argc, char** argv) {
   page.add(cylinder, still, "cylinder");
   const std::array<int, 2> bodies = {page.add(fingers[0], still, "left finger"),
                                      page.add(fingers[1], still, "right finger")};
-  adaptive_bvh::VertexContacts<double> contacts;
+  adaptive_bvh::VertexContacts contacts;
   for (int step = 1; step <= kSteps; ++step) {
     const double closed = kTravel * std::min(1., 2. * step / kSteps);
     double moved = 0, deepest = 0;

@@ -12,9 +12,9 @@
 
 #include "adaptive_bvh/scene.h"
 
-using Mesh = adaptive_bvh::DeformableMeshd;
+using Mesh = adaptive_bvh::DeformableMesh;
 using Point = fcl::Vector3d;
-using Scene = adaptive_bvh::Scened;
+using Scene = adaptive_bvh::Scene;
 
 constexpr std::size_t kCells = 40;
 constexpr int kSteps = 15;
@@ -67,7 +67,7 @@ int main() {
     }
   });
   long answers = 0, wrong = 0;
-  std::vector<adaptive_bvh::SceneDistance<double>> nearest;
+  std::vector<adaptive_bvh::SceneDistance> nearest;
   for (int step = 0; step < kSteps;) {
     Published seen;
     {

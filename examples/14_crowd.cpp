@@ -9,7 +9,7 @@
 #include "adaptive_bvh/scene.h"
 #include "page.h"
 
-using Mesh = adaptive_bvh::DeformableMeshd;
+using Mesh = adaptive_bvh::DeformableMesh;
 using Point = fcl::Vector3d;
 
 constexpr int kAround = 16, kRings = 10, kBlobs = 100;
@@ -53,7 +53,7 @@ struct Blob {
 };
 
 int main(int argc, char** argv) {
-  adaptive_bvh::Scened scene;
+  adaptive_bvh::Scene scene;
   std::mt19937 random(5);
   std::uniform_real_distribution<double> any(-1, 1);
   std::vector<Blob> blobs;
@@ -67,7 +67,7 @@ int main(int argc, char** argv) {
   }
   page.follow(scene);
   std::printf("step  touching pairs  contacts  ms\n");
-  adaptive_bvh::SceneCollisions<double> found;
+  adaptive_bvh::SceneCollisions found;
   for (int step = 0; step <= 20; ++step) {
     const auto start = std::chrono::steady_clock::now();
     for (const Blob& blob : blobs) {
@@ -75,7 +75,7 @@ int main(int argc, char** argv) {
       scene.setTransform(blob.id, blob.poseAt(0.1 * step));
     }
     scene.update();
-    scene.collisions({}, found);
+    scene.collide({}, found);
     const std::chrono::duration<double, std::milli> passed =
         std::chrono::steady_clock::now() - start;
     if (step % 5 == 0)

@@ -9,7 +9,7 @@
 #include "adaptive_bvh/contact_set.h"
 
 using adaptive_bvh::FeatureKind;
-using Mesh = adaptive_bvh::DeformableMeshd;
+using Mesh = adaptive_bvh::DeformableMesh;
 
 constexpr int kPlates = 10, kCells = 4;
 constexpr double kStep = 0.01, kGravity = 9.81, kGap = 0.02;  // s, m/s2, m
@@ -31,19 +31,19 @@ Mesh plate() {
 // The height of the stack after 200 steps; plate 0 is the floor.
 double settle(bool warm) {
   const Mesh mesh = plate();
-  adaptive_bvh::Scened scene;
+  adaptive_bvh::Scene scene;
   std::vector<double> height, speed(kPlates, 0.);
   for (int i = 0; i < kPlates; ++i) {
     height.push_back((kGap + 0.002) * i);
     scene.add(mesh);
   }
-  adaptive_bvh::ContactSetRequest<double> request;
+  adaptive_bvh::ContactSetRequest request;
   request.distance = 1.5 * kGap;
   request.elements = adaptive_bvh::ContactElements::Features;
-  adaptive_bvh::ContactSetd contacts(scene, request);
+  adaptive_bvh::ContactSet contacts(scene, request);
   std::vector<double> impulses;  // by number
   std::vector<unsigned> numbers;
-  adaptive_bvh::FeatureDetails<double> details;
+  adaptive_bvh::FeatureDetails details;
   adaptive_bvh::Renumbering moved;
   for (int step = 0; step < 200; ++step) {
     for (int i = 0; i < kPlates; ++i) {

@@ -8,7 +8,7 @@
 #include "adaptive_bvh/trust_region.h"
 #include "page.h"
 
-using Mesh = adaptive_bvh::DeformableMeshd;
+using Mesh = adaptive_bvh::DeformableMesh;
 using Point = fcl::Vector3d;
 using Points = std::vector<Point>;
 
@@ -59,10 +59,10 @@ int main(int argc, char** argv) {
     return Point(0.25 * std::sin(b) * std::cos(a), 0.25 * std::sin(b) * std::sin(a),
                  0.25 * std::cos(b));
   });
-  adaptive_bvh::TrustRegionRequest<double> request;
-  request.radius = 0.02;       // less than half of an edge
-  request.separation = 0.001;  // the thickness of the cloth
-  adaptive_bvh::TrustRegiond region(cloth, request);
+  adaptive_bvh::TrustRegionRequest request;
+  request.radius = 0.02;     // less than half of an edge
+  request.distance = 0.001;  // the thickness of the cloth
+  adaptive_bvh::TrustRegion region(cloth, request);
   region.addObstacle(ball);
 
   const Points rest = cloth.vertices();

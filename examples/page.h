@@ -45,7 +45,7 @@ class Page {
   }
   /// What the next frame shows beside the bodies.
   void paint(int body, const std::vector<double>& clearance) {
-    if (wanted()) next_.addClearance(body, clearance);
+    if (wanted()) next_.addVertexDistances(body, clearance);
   }
   void arrows(const char* label, const std::vector<fcl::Vector3d>& origins,
               const std::vector<fcl::Vector3d>& vectors, double scale = 0) {

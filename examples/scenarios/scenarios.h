@@ -13,7 +13,7 @@
 namespace scenarios {
 
 using Point = fcl::Vector3d;
-using Mesh = adaptive_bvh::TriangleMesh<double>;
+using Mesh = adaptive_bvh::TriangleMesh;
 using Pose = Eigen::Isometry3d;
 
 /// A surface and its motion. Time runs from 0 (at rest) to 1 (the end of the motion).

@@ -9,7 +9,7 @@ namespace tools {
 
 /// A surface in one colour; `normals` by vertex, or none.
 struct Part {
-  adaptive_bvh::TriangleMesh<double> mesh;
+  adaptive_bvh::TriangleMesh mesh;
   std::vector<fcl::Vector3d> normals;
 };
 

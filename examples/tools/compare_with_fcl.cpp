@@ -30,7 +30,7 @@ namespace {
 using tools::Clock;
 using tools::Motion;
 using tools::Positions;
-using Mesh = adaptive_bvh::TriangleMesh<double>;
+using Mesh = adaptive_bvh::TriangleMesh;
 
 struct Options {
   std::string mesh_a, mesh_b, to, csv, page, volume = "rss";
@@ -106,8 +106,8 @@ struct ModelPair {
 
 /// A pair of DeformableMeshes.
 struct MeshPair {
-  adaptive_bvh::DeformableMeshd a, b;
-  adaptive_bvh::CoherentDistanced followed{a, b};
+  adaptive_bvh::DeformableMesh a, b;
+  adaptive_bvh::CoherentDistance followed{a, b};
 
   MeshPair(const Mesh& mesh_a, const Mesh& mesh_b) : a(mesh_a), b(mesh_b) {}
 
@@ -122,7 +122,7 @@ struct MeshPair {
           if (follow)
             followed.distance(identity, identity, request, result);
           else
-            adaptive_bvh::distance<double>(&a, identity, &b, identity, request, result);
+            adaptive_bvh::distance(&a, identity, &b, identity, request, result);
         });
   }
 };
@@ -154,13 +154,11 @@ struct Input {
     adaptive_bvh::MeshLoadOptions keep_vertices = options.load;
     keep_vertices.weld = options.to.empty();
     const bool own_mesh = !options.mesh_a.empty(), own_floor = !options.mesh_b.empty();
-    a = adaptive_bvh::loadMesh<double>(own_mesh ? options.mesh_a : data + "/helmet.obj",
-                                       keep_vertices);
-    b = adaptive_bvh::loadMesh<double>(own_floor ? options.mesh_b : data + "/plate.ply",
-                                       options.load);
+    a = adaptive_bvh::loadMesh(own_mesh ? options.mesh_a : data + "/helmet.obj", keep_vertices);
+    b = adaptive_bvh::loadMesh(own_floor ? options.mesh_b : data + "/plate.ply", options.load);
     if (own_mesh && !own_floor) tools::placeBelow(b.vertices, a.vertices);
     if (options.to.empty()) return;
-    const Mesh pose = adaptive_bvh::loadMesh<double>(options.to, keep_vertices);
+    const Mesh pose = adaptive_bvh::loadMesh(options.to, keep_vertices);
     checkTopology(a, pose, options.to);
     target = pose.vertices;
   }

@@ -29,8 +29,8 @@ struct FrameTimes {
 /// The times of the program that is shown: meshes, without the recorder and without the volumes of
 /// the models that it draws.
 std::vector<FrameTimes> timesOf(const MovingPair& pair) {
-  adaptive_bvh::DeformableMeshd a(pair.a), b(pair.b);
-  adaptive_bvh::CoherentDistanced followed(a, b);
+  adaptive_bvh::DeformableMesh a(pair.a), b(pair.b);
+  adaptive_bvh::CoherentDistance followed(a, b);
   const auto origin = fcl::Transform3d::Identity();
   std::vector<FrameTimes> times;
   for (int frame = 1; frame <= pair.frames; ++frame) {
@@ -70,7 +70,7 @@ void writePage(const MovingPair& pair, const std::string& path) {
     fcl::DistanceResultd result;
     a.update(pa);
     b.update(pb);
-    adaptive_bvh::distance<double>(&a, origin, &b, origin, fcl::DistanceRequestd(true), result);
+    adaptive_bvh::distance(&a, origin, &b, origin, fcl::DistanceRequestd(true), result);
     const FrameTimes& now = times[static_cast<std::size_t>(frame - 1)];
     Clock clock;
     recording.frame(adaptive_bvh::FrameResults(result).addTimes(now.update, now.query));
@@ -90,8 +90,5 @@ void writePage(const MovingPair&, const std::string&) {
   std::printf("built without the component recording (libjs-three): no page\n");
 }
 #endif
-
-template void writePage<fcl::RSSd>(const MovingPair&, const std::string&);
-template void writePage<fcl::OBBRSSd>(const MovingPair&, const std::string&);
 
 }  // namespace tools

@@ -9,7 +9,7 @@ namespace tools {
 
 /// Two bodies, and how they move.
 struct MovingPair {
-  const adaptive_bvh::TriangleMesh<double>&a, &b;
+  const adaptive_bvh::TriangleMesh &a, &b;
   Motion &motion_a, &motion_b;
   int frames;
 };

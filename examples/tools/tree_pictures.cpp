@@ -20,7 +20,7 @@ namespace {
 
 using adaptive_bvh::HierarchyStrategy;
 using tools::Part;
-using Mesh = adaptive_bvh::TriangleMesh<double>;
+using Mesh = adaptive_bvh::TriangleMesh;
 using Point = fcl::Vector3d;
 
 struct Options {
@@ -35,7 +35,7 @@ Mesh meshNamed(const Options& options) {
   if (options.mesh == "helmet") return scenarios::helmet(options.resolution).mesh();
   if (options.mesh == "cable") return scenarios::cable(options.resolution).mesh();
   if (options.mesh == "plate") return scenarios::plate(options.resolution).mesh();
-  return adaptive_bvh::loadMesh<double>(options.mesh, options.load);
+  return adaptive_bvh::loadMesh(options.mesh, options.load);
 }
 
 /// The surface of a rectangle-swept sphere: a globe cut along two meridian planes, its quarters

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <fstream>
 #include <iostream>
 #include <map>
 
@@ -17,7 +18,6 @@
 #include "adaptive_bvh/mesh_io.h"
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/tuning.h"
-#include "adaptive_bvh/write_file.h"
 #include "mesh_options.h"
 #include "scenarios.h"
 
@@ -36,7 +36,7 @@ volatile std::sig_atomic_t interrupted = 0;
 
 /// Two bodies, frame by frame, computed once.
 struct Recording {
-  TriangleMesh<double> first, second;
+  TriangleMesh first, second;
   std::vector<Positions> first_frames, second_frames;
 
   SimulationWork run(const RefitPolicy& policy) const {
@@ -77,10 +77,10 @@ Recording sequenceRecording(const std::vector<std::string>& files, const std::st
   MeshLoadOptions keep = load;
   keep.weld = false;  // frames pair their vertices by number
   Recording recording;
-  recording.second = loadMesh<double>(obstacle, load);
-  recording.first = loadMesh<double>(files.front(), keep);
+  recording.second = loadMesh(obstacle, load);
+  recording.first = loadMesh(files.front(), keep);
   for (std::size_t i = 1; i < files.size(); ++i) {
-    recording.first_frames.push_back(loadMesh<double>(files[i], keep).vertices);
+    recording.first_frames.push_back(loadMesh(files[i], keep).vertices);
     recording.second_frames.push_back(recording.second.vertices);
     if (recording.first_frames.back().size() != recording.first.vertices.size())
       throw std::runtime_error("'" + files[i] + "' has another number of vertices than '" +
@@ -175,8 +175,8 @@ int main(int argc, char** argv) {
     const RefitPolicy thesis = RefitPolicy::thesis(FitnessCriterion::ABOrBC);
     print("thesis", thesis, cost(thesis));
     if (!result.finished) std::printf("Stopped early.\n");
-    if (!out.empty())
-      adaptive_bvh::writeFile(out, [&](std::ostream& file) { file << toJson(result) << '\n'; });
+    if (!out.empty() && !(std::ofstream(out) << toJson(result) << '\n'))
+      throw std::runtime_error("cannot write '" + out + "'");
   } catch (const CLI::CallForHelp&) {
     std::cout << app.help();
   } catch (const std::exception& error) {

@@ -45,8 +45,9 @@ struct Supported {
 ///
 /// **Queries.** fcl::distance, fcl::collide, FCL's managers, and adaptive_bvh::distance and collide
 /// (query.h), which also record what the fitness tests need. All other queries of this library take
-/// a DeformableMesh: `mesh` returns that of this model. If FCL's queries are not needed, use a
-/// DeformableMesh alone: its update costs a fraction.
+/// a DeformableMesh: `mesh` returns that of this model. Queries of this library take models in
+/// double precision; those in single precision are for FCL's, and for `mesh`. If FCL's queries are
+/// not needed, use a DeformableMesh alone: its update costs a fraction.
 ///
 /// **Units and frames.** Positions are in the mesh's own frame and any one unit of length.
 /// Coordinates must be finite and at most 2^252 (7e75, double) or 2^28 (2.7e8, float) in magnitude:
@@ -255,25 +256,27 @@ class AdaptiveBVHModel : public fcl::BVHModel<typename detail::Supported<BV>::Ty
   /// parameter.
   void setRefitPolicy(const RefitPolicy& policy);
 
-  /// Returns the model's triangles as a DeformableMesh, for the queries that take one. The first
+  /// Returns the model's triangles as a DeformableMesh (in double precision, also of a model in
+  /// single precision), for the queries that take one. The first
   /// call makes it. From then on every update of the model keeps it current, which takes the time
   /// of DeformableMesh::update and the memory of one mesh. Its address stays the same until the
   /// model is moved from, built anew or destroyed. A build renews it; after a change through a
   /// fcl::BVHModel reference, the next update or call of `mesh` does so. Like an update, the call
   /// needs the model for itself. Throws std::logic_error if the model is not built or has no
   /// triangles.
-  const DeformableMesh<S>& mesh();
+  const DeformableMesh& mesh();
   /// Returns that mesh if it was made before. Throws std::logic_error if not, or if the model was
   /// changed through a fcl::BVHModel& and the mesh has not been renewed since then.
-  const DeformableMesh<S>& mesh() const;
+  const DeformableMesh& mesh() const;
   /// Whether the mesh was made.
   bool hasMesh() const;
 
   /// Lets updates of all vertices use up to `threads` threads of the caller's oneTBB task arena, if
-  /// the model has 50,000 triangles or more. 1 by default. The result has the same bits for any
-  /// number. With more than one thread an update allocates. Without effect if the library was built
-  /// without oneTBB. Throws std::invalid_argument below 1.
-  void setUpdateThreads(int threads);
+  /// the model has 50,000 triangles or more; also DeformableMesh::setThreads of mesh(). 1 by
+  /// default. The result has the same bits for any number. With more than one thread an update
+  /// allocates. Without effect if the library was built without oneTBB. Throws
+  /// std::invalid_argument below 1.
+  void setThreads(int threads);
 
   /// Returns whether the invariant holds: every volume contains every triangle below it (of both
   /// frames after a two-frame update), up to the rounding error of the check itself, which is at

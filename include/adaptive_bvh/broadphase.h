@@ -19,15 +19,14 @@ namespace detail {
 /// which drops end points of other objects and may keep those of the object itself. Its map from
 /// objects to intervals is right. Objects registered since the last setup have end points only,
 /// behind those of the others.
-template <typename S>
-class IntervalTreeObjects : fcl::IntervalTreeCollisionManager<S> {
-  using Manager = fcl::IntervalTreeCollisionManager<S>;
+class IntervalTreeObjects : fcl::IntervalTreeCollisionManagerd {
+  using Manager = fcl::IntervalTreeCollisionManagerd;
 
  public:
-  static std::vector<fcl::CollisionObject<S>*> of(const Manager& manager) {
+  static std::vector<fcl::CollisionObjectd*> of(const Manager& manager) {
     const auto& intervals = (manager.*(&IntervalTreeObjects::obj_interval_maps))[0];
     const auto& end_points = (manager.*(&IntervalTreeObjects::endpoints))[0];
-    std::vector<fcl::CollisionObject<S>*> objects;
+    std::vector<fcl::CollisionObjectd*> objects;
     for (const auto& entry : intervals) objects.push_back(entry.first);
     if (manager.*(&IntervalTreeObjects::setup_)) return objects;
     for (std::size_t i = 2 * intervals.size(); i < end_points.size(); ++i)
@@ -37,9 +36,8 @@ class IntervalTreeObjects : fcl::IntervalTreeCollisionManager<S> {
 };
 
 /// Registers exactly these objects, with their present boxes.
-template <typename S>
-void refill(fcl::BroadPhaseCollisionManager<S>& manager,
-            const std::vector<fcl::CollisionObject<S>*>& objects) {
+inline void refill(fcl::BroadPhaseCollisionManagerd& manager,
+                   const std::vector<fcl::CollisionObjectd*>& objects) {
   manager.clear();
   manager.registerObjects(objects);
   manager.setup();
@@ -57,73 +55,65 @@ void refill(fcl::BroadPhaseCollisionManager<S>& manager,
 /// fcl::IntervalTreeCollisionManager after unregisterObject, even if they are updated; these two
 /// are rebuilt. All other managers of FCL are updated. After unregisterObject of an interval tree
 /// manager call refresh before its setup or update; `objects` may be empty.
-///
-/// S is float or double.
-template <typename S>
-void refresh(const std::vector<fcl::CollisionObject<S>*>& objects,
-             fcl::BroadPhaseCollisionManager<S>& manager) {
-  for (fcl::CollisionObject<S>* object : objects) {
+inline void refresh(const std::vector<fcl::CollisionObjectd*>& objects,
+                    fcl::BroadPhaseCollisionManagerd& manager) {
+  for (fcl::CollisionObjectd* object : objects) {
     const auto* geometry = object->collisionGeometry().get();
     // The object was made from a pointer to a geometry that is not const.
-    const_cast<fcl::CollisionGeometry<S>*>(geometry)->computeLocalAABB();
+    const_cast<fcl::CollisionGeometryd*>(geometry)->computeLocalAABB();
     object->computeAABB();
   }
-  if (dynamic_cast<fcl::SaPCollisionManager<S>*>(&manager)) {
-    std::vector<fcl::CollisionObject<S>*> registered;
+  if (dynamic_cast<fcl::SaPCollisionManagerd*>(&manager)) {
+    std::vector<fcl::CollisionObjectd*> registered;
     manager.getObjects(registered);
     detail::refill(manager, registered);
-  } else if (const auto* tree = dynamic_cast<fcl::IntervalTreeCollisionManager<S>*>(&manager)) {
-    detail::refill(manager, detail::IntervalTreeObjects<S>::of(*tree));
+  } else if (const auto* tree = dynamic_cast<fcl::IntervalTreeCollisionManagerd*>(&manager)) {
+    detail::refill(manager, detail::IntervalTreeObjects::of(*tree));
   } else {
     manager.update();
   }
 }
 
 /// Updates everything that FCL caches for one object.
-template <typename S>
-void refresh(fcl::CollisionObject<S>& object, fcl::BroadPhaseCollisionManager<S>& manager) {
-  refresh(std::vector<fcl::CollisionObject<S>*>{&object}, manager);
+inline void refresh(fcl::CollisionObjectd& object, fcl::BroadPhaseCollisionManagerd& manager) {
+  refresh(std::vector<fcl::CollisionObjectd*>{&object}, manager);
 }
 
 /// Request and result of `collideCallback`: the `cdata` of the manager's call.
-template <typename S>
 struct BroadphaseCollision {
-  fcl::CollisionRequest<S> request;  ///< for all pairs together; FCL's default is one contact
-  fcl::CollisionResult<S> result;    ///< of all pairs
+  fcl::CollisionRequestd request;  ///< for all pairs together; FCL's default is one contact
+  fcl::CollisionResultd result;    ///< of all pairs
 };
 
 /// Callback for the `collide` of FCL's managers: adds the contacts of two objects, found by
-/// adaptive_bvh::collide, to a BroadphaseCollision<S>. Returns whether the request is satisfied,
+/// adaptive_bvh::collide, to a BroadphaseCollision. Returns whether the request is satisfied,
 /// which ends the manager's search.
 ///
-///     adaptive_bvh::BroadphaseCollision<double> found;
-///     manager.collide(&found, adaptive_bvh::collideCallback<double>);
-template <typename S>
-bool collideCallback(fcl::CollisionObject<S>* o1, fcl::CollisionObject<S>* o2, void* cdata) {
-  auto& found = *static_cast<BroadphaseCollision<S>*>(cdata);
-  queries::collide<S>(o1, o2, found.request, found.result);
+///     adaptive_bvh::BroadphaseCollision found;
+///     manager.collide(&found, adaptive_bvh::collideCallback);
+inline bool collideCallback(fcl::CollisionObjectd* o1, fcl::CollisionObjectd* o2, void* cdata) {
+  auto& found = *static_cast<BroadphaseCollision*>(cdata);
+  queries::collide(o1, o2, found.request, found.result);
   return found.request.isSatisfied(found.result);
 }
 
 /// Request and result of `distanceCallback`: the `cdata` of the manager's call.
-template <typename S>
 struct BroadphaseDistance {
-  fcl::DistanceRequest<S> request;  ///< of all pairs
-  fcl::DistanceResult<S> result;    ///< of the nearest pair, whose distance bounds each search
-  const fcl::CollisionObject<S>* first = nullptr;   ///< first object of the manager's pair, or null
-  const fcl::CollisionObject<S>* second = nullptr;  ///< second object of that pair, or null
+  fcl::DistanceRequestd request;  ///< of all pairs
+  fcl::DistanceResultd result;    ///< of the nearest pair, whose distance bounds each search
+  const fcl::CollisionObjectd* first = nullptr;   ///< first object of the manager's pair, or null
+  const fcl::CollisionObjectd* second = nullptr;  ///< second object of that pair, or null
 };
 
 /// Callback for the `distance` of FCL's managers: computes the distance of two objects by
-/// adaptive_bvh::distance, and keeps it in a BroadphaseDistance<S> if it is less than that of the
+/// adaptive_bvh::distance, and keeps it in a BroadphaseDistance if it is less than that of the
 /// previous pairs. Sets `distance` to the smallest distance so far, so that the manager skips pairs
 /// that are farther apart.
-template <typename S>
-bool distanceCallback(fcl::CollisionObject<S>* o1, fcl::CollisionObject<S>* o2, void* cdata,
-                      S& distance) {
-  auto& found = *static_cast<BroadphaseDistance<S>*>(cdata);
-  const S before = found.result.min_distance;
-  queries::distance<S>(o1, o2, found.request, found.result);
+inline bool distanceCallback(fcl::CollisionObjectd* o1, fcl::CollisionObjectd* o2, void* cdata,
+                             double& distance) {
+  auto& found = *static_cast<BroadphaseDistance*>(cdata);
+  const double before = found.result.min_distance;
+  queries::distance(o1, o2, found.request, found.result);
   if (found.result.min_distance < before) {
     found.first = o1;
     found.second = o2;
@@ -134,13 +124,12 @@ bool distanceCallback(fcl::CollisionObject<S>* o1, fcl::CollisionObject<S>* o2, 
 
 /// Returns the object of a manager that is nearest to `object`, which need not be registered. An
 /// object is not compared with itself.
-template <typename S>
-BroadphaseDistance<S> nearest(fcl::CollisionObject<S>& object,
-                              const fcl::BroadPhaseCollisionManager<S>& manager,
-                              const fcl::DistanceRequest<S>& request = fcl::DistanceRequest<S>()) {
-  BroadphaseDistance<S> found;
+inline BroadphaseDistance nearest(fcl::CollisionObjectd& object,
+                                  const fcl::BroadPhaseCollisionManagerd& manager,
+                                  const fcl::DistanceRequestd& request = fcl::DistanceRequestd()) {
+  BroadphaseDistance found;
   found.request = request;
-  manager.distance(&object, &found, distanceCallback<S>);
+  manager.distance(&object, &found, distanceCallback);
   return found;
 }
 

@@ -23,11 +23,10 @@ namespace adaptive_bvh {
 /// Any number of updates, large motions and other queries may come between two calls. They cost
 /// time, but the result stays exact. One object serves one thread at a time; several may share a
 /// mesh. A call that throws std::bad_alloc can be repeated.
-template <typename S>
 class CoherentDistance {
  public:
   /// Keeps references: the meshes must outlive this object.
-  CoherentDistance(const DeformableMesh<S>& first, const DeformableMesh<S>& second);
+  CoherentDistance(const DeformableMesh& first, const DeformableMesh& second);
   ~CoherentDistance();
   /// The moved-from object can only be destroyed.
   CoherentDistance(CoherentDistance&&) noexcept;
@@ -36,22 +35,12 @@ class CoherentDistance {
 
   /// Returns the distance of the meshes placed by `tf1` and `tf2`. Request, result and errors are
   /// those of adaptive_bvh::distance. Allocates nothing in a steady state.
-  S distance(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2,
-             const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result);
+  double distance(const fcl::Transform3d& tf1, const fcl::Transform3d& tf2,
+                  const fcl::DistanceRequestd& request, fcl::DistanceResultd& result);
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
-
-using CoherentDistancef = CoherentDistance<float>;   ///< in single precision
-using CoherentDistanced = CoherentDistance<double>;  ///< in double precision
-
-/// Deduces S from the meshes.
-template <typename S>
-CoherentDistance(const DeformableMesh<S>&, const DeformableMesh<S>&) -> CoherentDistance<S>;
-
-extern template class CoherentDistance<float>;
-extern template class CoherentDistance<double>;
 
 }  // namespace adaptive_bvh

@@ -35,12 +35,11 @@ namespace adaptive_bvh {
 /// reused result allocates nothing once it has grown.
 
 /// The part of one mesh's surface that lies inside the other, region by region.
-template <typename S>
 struct ContactPatches {
-  std::vector<S> areas;  ///< 0 if the region has no part of this mesh's surface
+  std::vector<double> areas;  ///< 0 if the region has no part of this mesh's surface
   /// Centroids of the patches, in the world; for a patch without area a point of it, or the deepest
   /// point.
-  std::vector<fcl::Vector3<S>> centroids;
+  std::vector<fcl::Vector3d> centroids;
   /// Triangles with a part in region r, by increasing index: from triangles[begins[r]] up to
   /// triangles[begins[r + 1]], which is excluded. A triangle may be in several regions.
   std::vector<unsigned> triangles;
@@ -50,15 +49,14 @@ struct ContactPatches {
 /// Regions and curves, in parallel arrays. Positions and directions are in the world. Regions
 /// are in the order of their smallest triangle of `first`, then of `second`, then of their first
 /// curve; those without a triangle of `first` come last.
-template <typename S>
 struct ContactRegions {
-  std::vector<S> volumes;  ///< volumes of the regions
+  std::vector<double> volumes;  ///< volumes of the regions
   /// Depths: the largest distance of a point of either surface inside the other body to the other's
   /// surface. The candidates are the vertices that are inside, and the centroids of all triangles'
   /// parts. So a depth is never too large, and too small by at most the longest edge of these
   /// triangles.
-  std::vector<S> depths;
-  std::vector<fcl::Vector3<S>> deepest_points;  ///< points with these depths
+  std::vector<double> depths;
+  std::vector<fcl::Vector3d> deepest_points;  ///< points with these depths
   /// Mean normals, of length 1, from `first` to `second`: the mean of the outward normals of the
   /// first's patches and of the inward normals of the second's, weighted by area. Both parts are
   /// equal, because the patches together are closed. Faces of the two meshes that coincide, up to
@@ -66,14 +64,14 @@ struct ContactRegions {
   /// `first` and `second` exchanged it is the opposite. In a region without volume, where bodies
   /// only touch, the faces that touch count. Zero if all cancel each other, for example for a body
   /// that lies wholly inside the other.
-  std::vector<fcl::Vector3<S>> normals;
-  ContactPatches<S> first;   ///< the parts of the first surface inside the second body
-  ContactPatches<S> second;  ///< the parts of the second surface inside the first body
+  std::vector<fcl::Vector3d> normals;
+  ContactPatches first;   ///< the parts of the first surface inside the second body
+  ContactPatches second;  ///< the parts of the second surface inside the first body
 
   /// The points of all curves, at which an edge of one mesh crosses a triangle of the other. Two
   /// consecutive points may be equal. All curves are closed: the last point of each is joined with
   /// its first. Seen from outside of `first`, its part inside `second` is to the left.
-  std::vector<fcl::Vector3<S>> curve_points;
+  std::vector<fcl::Vector3d> curve_points;
   /// The triangle of the first mesh on which the segment from each point to the next lies.
   std::vector<unsigned> curve_first;
   std::vector<unsigned> curve_second;  ///< the triangle of the second mesh with that segment
@@ -91,10 +89,9 @@ struct ContactRegions {
 
 /// Finds the regions in which two closed meshes overlap. `result` is overwritten. Returns the
 /// number of regions.
-template <typename S>
-std::size_t contactRegions(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-                           const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
-                           ContactRegions<S>& result);
+std::size_t contactRegions(const DeformableMesh& first, const fcl::Transform3d& tf1,
+                           const DeformableMesh& second, const fcl::Transform3d& tf2,
+                           ContactRegions& result);
 
 /// Change of a region since the last step.
 enum class ContactChange {
@@ -123,8 +120,7 @@ struct ContactEvent {
 class ContactTracker {
  public:
   /// Matches the regions of the next step. If it throws std::bad_alloc, the tracker is as before.
-  template <typename S>
-  void track(const ContactRegions<S>& regions) {
+  void track(const ContactRegions& regions) {
     begin(regions.size());
     addSide(0, regions.first.triangles, regions.first.begins);
     addSide(1, regions.second.triangles, regions.second.begins);

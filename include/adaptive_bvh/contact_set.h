@@ -49,7 +49,7 @@ namespace adaptive_bvh {
 /// pairs and the numbers as they were, also after std::bad_alloc, and it can be repeated.
 ///
 /// **Threads.** One object serves one thread at a time; several may share meshes. An update runs on
-/// several threads if DeformableMesh::setQueryThreads or Scene::setThreads allows it.
+/// several threads if DeformableMesh::setThreads or Scene::setThreads allows it.
 
 /// What a ContactSet holds.
 enum class ContactElements {
@@ -57,20 +57,15 @@ enum class ContactElements {
   Features,   ///< pairs of a vertex and a face, and of two edges, as featurePairsWithin
 };
 
-/// Request of a ContactSet. It has a copy: of the lists in IgnoredPairs, too. A function in
-/// IgnoredPairs must return the same value for the same pair as long as the set lives; it is called
-/// for pairs that enter the set.
-template <typename S>
+/// Request of a ContactSet. It has a copy: of the lists of ignored pairs and the neighbourhood,
+/// too. A function in IgnoredPairs must return the same value for the same pair as long as the set
+/// lives; it is called for pairs that enter the set.
 struct ContactSetRequest {
-  S distance = 0;  ///< largest distance of a pair; with 0 the pairs that touch
+  double distance = 0;  ///< largest distance of a pair; with 0 the pairs that touch
   ContactElements elements = ContactElements::Triangles;  ///< what is paired
-  /// Which neighbours are left out of the pairs of triangles of one mesh; not BeyondShared. In a
-  /// Scene it must be SharedVertex.
-  NeighbourFilter filter = NeighbourFilter::SharedVertex;
-  IgnoredPairs triangles = {};    ///< pairs of triangles to leave out
-  IgnoredPairs vertex_face = {};  ///< likewise, as in FeatureProximityRequest
-  IgnoredPairs face_vertex = {};  ///< likewise
-  IgnoredPairs edge_edge = {};    ///< likewise
+  /// Pairs to leave out. `neighbours` is not BeyondShared. In a Scene it must be SharedVertex, and
+  /// `surface` null.
+  Ignored ignored = {};
 };
 
 /// The pairs of one kind in a ContactSet, by their numbers.
@@ -131,19 +126,18 @@ struct ContactSetWork {
 
 /// Near pairs, kept from step to step; \ref contact_set.h describes answers, numbers, errors and
 /// threads. The set is empty before the first update.
-template <typename S>
 class ContactSet {
  public:
-  using Transform = fcl::Transform3<S>;  ///< from a mesh's frame to the world
+  using Transform = fcl::Transform3d;  ///< from a mesh's frame to the world
 
   /// The pairs of one mesh with itself. Keeps a reference: the mesh must outlive this object.
-  ContactSet(const DeformableMesh<S>& mesh, const ContactSetRequest<S>& request);
+  ContactSet(const DeformableMesh& mesh, const ContactSetRequest& request);
   /// The pairs of two meshes, likewise.
-  ContactSet(const DeformableMesh<S>& first, const DeformableMesh<S>& second,
-             const ContactSetRequest<S>& request);
+  ContactSet(const DeformableMesh& first, const DeformableMesh& second,
+             const ContactSetRequest& request);
   /// The pairs of all bodies of a scene that are meshes, and of meshes with themselves if
   /// BodyOptions::self_collision says so. Keeps a reference to the scene, which must not be moved.
-  ContactSet(const Scene<S>& scene, const ContactSetRequest<S>& request);
+  ContactSet(const Scene& scene, const ContactSetRequest& request);
   ~ContactSet();
   ContactSet(ContactSet&&) noexcept;             ///< the source can then only be assigned to
   ContactSet& operator=(ContactSet&&) noexcept;  ///< the source can then only be assigned to
@@ -177,17 +171,16 @@ class ContactSet {
   /// and points from the first to the second; of triangles that touch it is that of their contact
   /// in `collide`. `result` is overwritten, in the order of `numbers`. Throws std::invalid_argument
   /// if no pair has one of the numbers.
-  void details(const std::vector<unsigned>& numbers, FeatureDetails<S>& result) const;
+  void details(const std::vector<unsigned>& numbers, FeatureDetails& result) const;
   /// Computes the details of pairs of features, as featurePairDetails.
   void details(FeatureKind kind, const std::vector<unsigned>& numbers,
-               FeatureDetails<S>& result) const;
+               FeatureDetails& result) const;
 
   /// Adds to `result` the contacts of the pairs of triangles in this set that touch, as `collide`
   /// and `selfCollide` find them: all of theirs, whatever the set's distance is. The order is that
   /// of the numbers. Returns the number of contacts in the result. For a set of features, throws
   /// std::logic_error.
-  std::size_t contacts(const fcl::CollisionRequest<S>& request,
-                       fcl::CollisionResult<S>& result) const;
+  std::size_t contacts(const fcl::CollisionRequestd& request, fcl::CollisionResultd& result) const;
 
   /// The work of the last update.
   ContactSetWork work() const;
@@ -196,11 +189,5 @@ class ContactSet {
   struct State;
   std::unique_ptr<State> state_;
 };
-
-using ContactSetf = ContactSet<float>;   ///< in single precision
-using ContactSetd = ContactSet<double>;  ///< in double precision
-
-extern template class ContactSet<float>;
-extern template class ContactSet<double>;
 
 }  // namespace adaptive_bvh

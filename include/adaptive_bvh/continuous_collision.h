@@ -18,7 +18,7 @@
 /// shrinks a little in between.
 ///
 /// Two features, a vertex and a face or two edges, *come together* when their distance is the
-/// minimal separation or less. With a separation of 0 that is contact. Surfaces that do not
+/// minimal distance or less. With a distance of 0 that is contact. Surfaces that do not
 /// intersect at the start can only intersect after two features have come together. (Use `collide`
 /// and `selfCollide` to test the start; a vertex that is already inside a closed body is not
 /// found.) Within one mesh, pairs of features that share a vertex are left out. Vertices without a
@@ -31,12 +31,12 @@
 /// segment. Lengths below 1e-150 count as none: so smaller bodies come together early.
 ///
 /// All functions are thread-safe on shared meshes, and run on several threads if
-/// DeformableMesh::setQueryThreads allows it; the results and their order do not depend on that.
+/// DeformableMesh::setThreads allows it; the results and their order do not depend on that.
 /// They search swept boxes, which are made for the call. The thread and the results keep all
 /// memory, so a steady step allocates nothing on one thread.
 ///
 /// Throws std::invalid_argument
-/// - if a separation is negative, infinite or not a number;
+/// - if a distance is negative, infinite or not a number;
 /// - if previous positions are needed and the mesh has none (Motion);
 /// - if the number of positions is not that of the vertices;
 /// - if a transform is not a rigid motion;
@@ -46,11 +46,10 @@ namespace adaptive_bvh {
 
 /// Motion of a mesh between two frames. Refers to the mesh and to positions that are given as
 /// vectors or pointers; these must outlive it.
-template <typename S>
 struct Motion {
-  using Mesh = DeformableMesh<S>;                       ///< the mesh that moves
-  using Point = fcl::Vector3<S>;                        ///< x, y, z in the mesh's frame
-  using Transform = fcl::Transform3<S>;                 ///< places the mesh in the world
+  using Mesh = DeformableMesh;                          ///< the mesh that moves
+  using Point = fcl::Vector3d;                          ///< x, y, z in the mesh's frame
+  using Transform = fcl::Transform3d;                   ///< places the mesh in the world
   using Positions = std::array<std::vector<Point>, 2>;  ///< at the start and at the end
 
   /// From mesh.previousVertices() to mesh.vertices(), as updateTwoFrames leaves them; from one
@@ -72,7 +71,7 @@ struct Motion {
          const Transform& to_tf = Transform::Identity())
       : Motion(moving,
                std::make_shared<const Positions>(
-                   Positions{detail::pointsOf<S>(from), detail::pointsOf<S>(to)}),
+                   Positions{detail::pointsOf(from), detail::pointsOf(to)}),
                from_tf, to_tf) {}
   /// Between positions at the start and at the end that this motion and its copies keep.
   Motion(const Mesh& moving, std::shared_ptr<const Positions> from_and_to,
@@ -104,7 +103,7 @@ struct Impact {
   FeaturePair pair = {0, 0};                   ///< numbers as in FeaturePairs
 
   /// Whether anything comes together.
-  bool happens() const { return time <= 1; }
+  bool exists() const { return time <= 1; }
 };
 
 /// Times of impact of pairs of features: from 0 to 1, or Impact::kNever.
@@ -114,64 +113,51 @@ struct ImpactTimes {
   std::vector<double> edge_edge;    ///< of FeaturePairs::edge_edge
 };
 
-/// Finds all pairs of features whose swept boxes are at most `separation` apart, each once; no
+/// Finds all pairs of features whose swept boxes are at most `distance` apart, each once; no
 /// other pair can come together. Swept boxes are along the axes of the world, around both positions
 /// of the vertices. `pairs` is overwritten. Boxes are compared in single precision, rounded outward
 /// by 1e-6 of the size of the whole motion.
-template <typename S>
-void candidates(const Motion<S>& first, const Motion<S>& second, double separation,
-                FeaturePairs& pairs);
+void candidates(const Motion& first, const Motion& second, double distance, FeaturePairs& pairs);
 /// Finds the candidates of one mesh with itself.
-template <typename S>
-void candidates(const Motion<S>& mesh, double separation, FeaturePairs& pairs);
+void selfCandidates(const Motion& mesh, double distance, FeaturePairs& pairs);
 
 /// Returns the time at which two features come together, or a slightly earlier one; Impact::kNever
 /// if they do not, 0 if they are together at the start. Reads all positions: use timesOfImpact for
 /// many pairs.
-template <typename S>
-double timeOfImpact(const Motion<S>& first, const Motion<S>& second, FeatureKind kind,
-                    const FeaturePair& pair, double separation = 0);
+double timeOfImpact(const Motion& first, const Motion& second, FeatureKind kind,
+                    const FeaturePair& pair, double distance = 0);
 /// Returns the time of impact of two features of one mesh. `kind` is not FeatureKind::FaceVertex.
-template <typename S>
-double timeOfImpact(const Motion<S>& mesh, FeatureKind kind, const FeaturePair& pair,
-                    double separation = 0);
+double selfTimeOfImpact(const Motion& mesh, FeatureKind kind, const FeaturePair& pair,
+                        double distance = 0);
 
 /// Computes the times of impact of all `pairs`, in their order. `times` is overwritten.
-template <typename S>
-void timesOfImpact(const Motion<S>& first, const Motion<S>& second, const FeaturePairs& pairs,
-                   double separation, ImpactTimes& times);
+void timesOfImpact(const Motion& first, const Motion& second, const FeaturePairs& pairs,
+                   double distance, ImpactTimes& times);
 /// Within one mesh.
-template <typename S>
-void timesOfImpact(const Motion<S>& mesh, const FeaturePairs& pairs, double separation,
-                   ImpactTimes& times);
+void selfTimesOfImpact(const Motion& mesh, const FeaturePairs& pairs, double distance,
+                       ImpactTimes& times);
 
 /// Returns the first two features that come together, and the time; of several at the same time the
 /// one with the smallest kind and numbers. Makes no list of candidates, which would take longer.
-template <typename S>
-Impact earliestImpact(const Motion<S>& first, const Motion<S>& second, double separation = 0);
+Impact earliestImpact(const Motion& first, const Motion& second, double distance = 0);
 /// Within one mesh.
-template <typename S>
-Impact earliestImpact(const Motion<S>& mesh, double separation = 0);
+Impact selfEarliestImpact(const Motion& mesh, double distance = 0);
 
 /// Returns the earliest impact and also finds all candidates. Faster than two calls.
-template <typename S>
-Impact earliestImpact(const Motion<S>& first, const Motion<S>& second, double separation,
+Impact earliestImpact(const Motion& first, const Motion& second, double distance,
                       FeaturePairs& pairs);
 /// Within one mesh.
-template <typename S>
-Impact earliestImpact(const Motion<S>& mesh, double separation, FeaturePairs& pairs);
+Impact selfEarliestImpact(const Motion& mesh, double distance, FeaturePairs& pairs);
 
 /// Returns the largest time, at most 1, such that at every earlier time all features are farther
-/// apart than `separation`. Use a slightly smaller step to keep a distance.
-template <typename S>
-double largestSafeStep(const Motion<S>& first, const Motion<S>& second, double separation = 0) {
-  const double time = earliestImpact(first, second, separation).time;
+/// apart than `distance`. Use a slightly smaller step to keep a distance.
+inline double largestSafeStep(const Motion& first, const Motion& second, double distance = 0) {
+  const double time = earliestImpact(first, second, distance).time;
   return time < 1 ? time : 1;
 }
 /// Within one mesh.
-template <typename S>
-double largestSafeStep(const Motion<S>& mesh, double separation = 0) {
-  const double time = earliestImpact(mesh, separation).time;
+inline double selfLargestSafeStep(const Motion& mesh, double distance = 0) {
+  const double time = selfEarliestImpact(mesh, distance).time;
   return time < 1 ? time : 1;
 }
 
@@ -185,12 +171,10 @@ double largestSafeStep(const Motion<S>& mesh, double separation = 0) {
 ///
 /// A proposal that is longer than the motion that was passed needs a new call: pass the longest
 /// that is of interest.
-template <typename S>
-void safeDisplacements(const Motion<S>& first, const Motion<S>& second, double separation,
+void safeDisplacements(const Motion& first, const Motion& second, double distance,
                        std::vector<double>& of_first, std::vector<double>& of_second);
 /// Within one mesh.
-template <typename S>
-void safeDisplacements(const Motion<S>& mesh, double separation, std::vector<double>& of_vertices);
+void selfSafeDisplacements(const Motion& mesh, double distance, std::vector<double>& of_vertices);
 
 /// Computes for each vertex the share of its way, from 0 to 1, that is proven safe: while every
 /// vertex is between start and start + share * (end - start), no features come together, in
@@ -199,7 +183,7 @@ void safeDisplacements(const Motion<S>& mesh, double separation, std::vector<dou
 /// motion than one step for all, and than safeDisplacements: vertices that slide or move apart keep
 /// their whole way. 1 for vertices that do not move or have no triangle.
 ///
-/// Features that are at most `separation` apart at the start come no nearer (than 1 - 1e-9 of their
+/// Features that are at most `distance` apart at the start come no nearer (than 1 - 1e-9 of their
 /// distance). Features that touch there, up to rounding, do not move at all: begin with a surface
 /// that does not intersect itself. Planes do not move, so features that move together, one behind
 /// the other, go no farther than there is room between them: suitable for motions of up to about an
@@ -218,11 +202,9 @@ void safeDisplacements(const Motion<S>& mesh, double separation, std::vector<dou
 /// runs on one thread; equal calls return equal shares.
 ///
 /// Source: planar truncation for penetration-free simulation (2026).
-template <typename S>
-void truncateMotion(const Motion<S>& first, const Motion<S>& second, double separation,
+void truncateMotion(const Motion& first, const Motion& second, double distance,
                     std::vector<double>& shares_of_first, std::vector<double>& shares_of_second);
 /// Within one mesh.
-template <typename S>
-void truncateMotion(const Motion<S>& mesh, double separation, std::vector<double>& shares);
+void selfTruncateMotion(const Motion& mesh, double distance, std::vector<double>& shares);
 
 }  // namespace adaptive_bvh

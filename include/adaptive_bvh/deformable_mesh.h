@@ -16,11 +16,9 @@
 
 namespace adaptive_bvh {
 
-template <typename S>
-struct HeldMesh;
+struct MeshState;
 
 namespace detail {
-template <typename S>
 struct MeshAccess;
 }  // namespace detail
 
@@ -37,14 +35,14 @@ struct MeshUpdate {
 /// Triangles that deform, for the queries of this library: distances, contacts, self-collisions,
 /// nearness, continuous collision, points and rays. Holds the positions and one tree of boxes.
 ///
-///     adaptive_bvh::DeformableMesh<double> cloth(vertices, triangles);
+///     adaptive_bvh::DeformableMesh cloth(vertices, triangles);
 ///     cloth.update(positions);  // each step; any query may follow
 ///
 /// **Currency.** An update leaves everything current; no work is left to a query. Every query is
 /// exact for the present positions, whatever was queried before.
 ///
 /// **Units and frames.** Positions are in the mesh's own frame and any one unit of length.
-/// Coordinates must be finite and at most 2^252 (7e75, double) or 2^28 (2.7e8, float) in magnitude.
+/// Coordinates must be finite and at most 2^252 (7e75) in magnitude.
 /// There is no smallest one: lengths, normals and decisions are as exact for a body of the size
 /// 1e-300 as for one of the size 1, until results round to the smallest number. A length's error is
 /// relative to the features that it belongs to, so a large mesh may have tiny parts. Exceptions are
@@ -69,14 +67,10 @@ struct MeshUpdate {
 /// fcl::distance then returns the largest number (DBL_MAX) and fcl::collide no contact. Use
 /// AdaptiveBVHModel for them.
 ///
-/// S is float or double, the number type of what goes in and comes out. A mesh holds its positions
-/// in double precision, and every query computes in it. In single precision it holds them a second
-/// time, for `vertices`, and answers what a mesh in double precision with the same numbers does,
-/// rounded once: a distance to 0 only where it is 0, bounds outward.
-template <typename S>
-class DeformableMesh final : public fcl::CollisionGeometry<S> {
+/// **Numbers** are double. Positions of another type are converted by the caller, once a step.
+class DeformableMesh final : public fcl::CollisionGeometryd {
  public:
-  using Point = fcl::Vector3<S>;  ///< x, y, z in the mesh's frame
+  using Point = fcl::Vector3d;  ///< x, y, z in the mesh's frame
 
   /// Builds the tree by the connectivity of the mesh (thesis appendix). Degenerate and duplicate
   /// triangles and unused vertices are fine; unused vertices count in the local AABB, as in FCL.
@@ -84,14 +78,14 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
   /// not exist, or if a coordinate is not finite or too large.
   DeformableMesh(std::vector<Point> vertices, std::vector<fcl::Triangle> triangles);
   /// From a mesh, as `loadMesh` reads it.
-  explicit DeformableMesh(TriangleMesh<S> mesh);
+  explicit DeformableMesh(TriangleMesh mesh);
   /// From any model of FCL's, whatever its volumes are, for example that of a rigid part. Takes the
   /// positions of both frames if the model has two. Throws like the first constructor.
-  template <typename BV, typename = std::enable_if_t<std::is_same<typename BV::S, S>::value>>
+  template <typename BV>
   explicit DeformableMesh(const fcl::BVHModel<BV>& model)
-      : DeformableMesh(copied(model.vertices, model.num_vertices),
-                       copied(model.tri_indices, model.num_tris)) {
-    if (model.prev_vertices) setPrevious(copied(model.prev_vertices, model.num_vertices));
+      : DeformableMesh(copied<Point>(model.vertices, model.num_vertices),
+                       copied<fcl::Triangle>(model.tri_indices, model.num_tris)) {
+    if (model.prev_vertices) setPrevious(copied<Point>(model.prev_vertices, model.num_vertices));
   }
   /// From V, N x 3 positions, and F, M x 3 indices of vertices: matrices of libigl, ipc-toolkit or
   /// NumPy, in any storage order. Throws like the first constructor, and std::invalid_argument on
@@ -112,16 +106,17 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
 
   /// Writes the mesh in a binary format: present positions, those of the previous frame if there
   /// are some, triangles, and the tree without its boxes. So another process can `load` it without
-  /// a build. About 16 bytes a triangle and 24 a vertex (12 in single precision). The first eight
-  /// bytes are "ABVHMSHd" or, in single precision, "ABVHMSHf"; a version, a byte order, and a
+  /// a build. About 16 bytes a triangle and 24 a vertex. The first eight bytes are "ABVHMSHd"; a
+  /// version, a byte order, and a
   /// checksum at the end follow. Open files with std::ios::binary. Throws std::runtime_error if the
   /// stream fails.
   void save(std::ostream& out) const;
   /// Reads a mesh that `save` wrote, and refits its boxes. Its answers are those of the saved mesh:
   /// with the same bits if the last update was one of all vertices, else up to rounding. Settings
   /// of threads and FCL's user data are not saved. Reads no further than the mesh, so other data
-  /// may follow. Throws std::runtime_error on other data, on another version, number type or byte
-  /// order, and on incomplete or damaged data, which a checksum and a check of every index detect.
+  /// may follow. Throws std::runtime_error on other data, on another version or byte order, on
+  /// a mesh that a version before 0.3 saved in single precision, and on incomplete or damaged data,
+  /// which a checksum and a check of every index detect.
   static DeformableMesh load(std::istream& in);
 
   /// Positions, in the order of construction. Address and size do not change in an update, except
@@ -148,10 +143,10 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
   /// matrix whose type does not state whether rows or columns are the vertices.
   template <typename Derived>
   const MeshUpdate& update(const Eigen::MatrixBase<Derived>& positions) {
-    return detail::withStrided<S>(
-        positions, [this](const detail::StridedPoints<S>& points) -> const MeshUpdate& {
-          return updateStrided(points, false);
-        });
+    return detail::withStrided(positions,
+                               [this](const detail::StridedPoints& points) -> const MeshUpdate& {
+                                 return updateStrided(points, false);
+                               });
   }
 
   /// Takes new positions of some vertices: positions[i] is that of vertex indices[i], in any order.
@@ -182,10 +177,10 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
   /// From a matrix, as `update` takes it.
   template <typename Derived>
   const MeshUpdate& updateTwoFrames(const Eigen::MatrixBase<Derived>& positions) {
-    return detail::withStrided<S>(
-        positions, [this](const detail::StridedPoints<S>& points) -> const MeshUpdate& {
-          return updateStrided(points, true);
-        });
+    return detail::withStrided(positions,
+                               [this](const detail::StridedPoints& points) -> const MeshUpdate& {
+                                 return updateStrided(points, true);
+                               });
   }
 
   /// Report of the last update.
@@ -194,15 +189,12 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
   /// consistent. If not, `reason` describes the error and its place. Takes O(n depth).
   bool validate(std::string* reason = nullptr) const;
 
-  /// Lets updates of 50,000 triangles or more use up to `threads` threads of the caller's oneTBB
-  /// task arena. 1 by default. The result has the same bits for any number. With more than one
-  /// thread an update allocates. Without effect if the library was built without oneTBB. Throws
+  /// Lets updates of 50,000 triangles or more, and queries with much to search, use up to `threads`
+  /// threads of the caller's oneTBB task arena. 1 by default. In a query of two meshes the larger
+  /// number counts. Results have the same bits, and the same order, for any number. With more than
+  /// one thread an update allocates. Without effect if the library was built without oneTBB. Throws
   /// std::invalid_argument below 1.
-  void setUpdateThreads(int threads);
-  /// Lets a query with much to search use up to `threads` threads of the same arena; for two meshes
-  /// the larger number counts. 1 by default. Results and their order are the same for any number.
-  /// Throws std::invalid_argument below 1.
-  void setQueryThreads(int threads);
+  void setThreads(int threads);
 
   /// Memory of the mesh in bytes, including the topology that copies share.
   std::size_t bytes() const;
@@ -216,11 +208,18 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
   void computeLocalAABB() override {}
 
  private:
-  friend struct detail::MeshAccess<S>;
+  friend struct detail::MeshAccess;
 
-  template <typename T>
-  static std::vector<T> copied(const T* from, int count) {
-    return std::vector<T>(from, from + (from ? count : 0));
+  template <typename T, typename From>
+  static std::vector<T> copied(const From* from, int count) {
+    std::vector<T> copies;
+    for (int i = 0; from && i < count; ++i) {
+      if constexpr (std::is_same<T, From>::value)
+        copies.push_back(from[i]);
+      else
+        copies.push_back(from[i].template cast<double>());
+    }
+    return copies;
   }
   template <typename V>
   static std::vector<Point> pointsOf(const Eigen::MatrixBase<V>& matrix) {
@@ -228,7 +227,7 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
     std::vector<Point> points(static_cast<std::size_t>(matrix.rows()));
     for (std::size_t i = 0; i < points.size(); ++i)
       for (int k = 0; k < 3; ++k)
-        points[i][k] = static_cast<S>(matrix(static_cast<Eigen::Index>(i), k));
+        points[i][k] = static_cast<double>(matrix(static_cast<Eigen::Index>(i), k));
     return points;
   }
   template <typename F>
@@ -244,20 +243,14 @@ class DeformableMesh final : public fcl::CollisionGeometry<S> {
     return triangles;
   }
 
-  explicit DeformableMesh(std::unique_ptr<HeldMesh<S>> held);
+  explicit DeformableMesh(std::unique_ptr<MeshState> state);
   explicit DeformableMesh(std::istream& in);
   void setPrevious(std::vector<Point> positions);
-  const MeshUpdate& updateStrided(const detail::StridedPoints<S>& positions, bool two_frames);
+  const MeshUpdate& updateStrided(const detail::StridedPoints& positions, bool two_frames);
   [[noreturn]] static void refuseMatrix(const char* what, Eigen::Index rows, Eigen::Index columns);
   [[noreturn]] static void refuseLengths(std::size_t indices, std::size_t positions);
 
-  std::unique_ptr<HeldMesh<S>> held_;
+  std::unique_ptr<MeshState> state_;
 };
-
-using DeformableMeshf = DeformableMesh<float>;   ///< single precision
-using DeformableMeshd = DeformableMesh<double>;  ///< double precision
-
-extern template class DeformableMesh<float>;
-extern template class DeformableMesh<double>;
 
 }  // namespace adaptive_bvh

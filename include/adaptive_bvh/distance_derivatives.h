@@ -56,27 +56,25 @@ namespace adaptive_bvh {
 ///
 /// whatever the shapes of the features, also at ties. The same holds for depths, as a bound of the
 /// signed distance from below. Of a contact inside a face, whose normal is the face's, the bound
-/// also has 2^-46 m X / a, for the height a of the face over its longest side. If S is float,
-/// rounding of d, weights and normals to S adds 2^-20 (d + m). The direction of a normal is exact
-/// up to 2^-21 sqrt(X / d). Proof: docs/bounds.md, 20.
+/// also has 2^-46 m X / a, for the height a of the face over its longest side. The
+/// direction of a normal is exact up to 2^-21 sqrt(X / d). Proof: docs/bounds.md, 20.
 ///
 /// **Errors.** std::invalid_argument if a transform is not a rigid motion, if the arrays of an
 /// argument differ in length, or if it names a vertex, edge or triangle that a mesh does not have.
 /// The result is then unchanged. After std::bad_alloc it is valid, with unspecified contents.
 ///
 /// **Threads.** Thread-safe on shared meshes, as query.h. Runs on several threads if
-/// DeformableMesh::setQueryThreads allows it; the result does not depend on their number. A reused
+/// DeformableMesh::setThreads allows it; the result does not depend on their number. A reused
 /// result allocates nothing on one thread.
 
 /// Gradients of distances by the vertices of one mesh, in parallel arrays: row i of distance i has
 /// `per_distance` entries, from i * per_distance on. Vertices may repeat between rows.
-template <typename S>
 struct VertexGradients {
   /// Vertices of each distance: 1 of a vertex, 2 of an edge, 3 of a face; 0 for a shape.
   std::size_t per_distance = 0;
   std::vector<unsigned> vertices;  ///< indices in the mesh; of an edge and a face in their order
   /// Derivatives by these vertices, in the mesh's frame. They have no unit.
-  std::vector<fcl::Vector3<S>> gradients;
+  std::vector<fcl::Vector3d> gradients;
 
   /// How many distances.
   std::size_t rows() const { return per_distance == 0 ? 0 : vertices.size() / per_distance; }
@@ -89,56 +87,49 @@ struct VertexGradients {
 };
 
 /// Derivatives of distances of one kind.
-template <typename S>
 struct DistanceDerivatives {
-  VertexGradients<S> first;   ///< by vertices of the first mesh
-  VertexGradients<S> second;  ///< by vertices of the second
+  VertexGradients first;   ///< by vertices of the first mesh
+  VertexGradients second;  ///< by vertices of the second
 };
 
 /// Derivatives of the distances of FeaturePairs, for each kind in their order.
-template <typename S>
 struct FeaturePairDerivatives {
-  DistanceDerivatives<S> vertex_face;  ///< by 1 vertex of the first mesh and 3 of the second
-  DistanceDerivatives<S> face_vertex;  ///< by 3 and 1
-  DistanceDerivatives<S> edge_edge;    ///< by 2 and 2
+  DistanceDerivatives vertex_face;  ///< by 1 vertex of the first mesh and 3 of the second
+  DistanceDerivatives face_vertex;  ///< by 3 and 1
+  DistanceDerivatives edge_edge;    ///< by 2 and 2
 };
 
 /// Computes the derivatives of FeatureDetails::distances. `details` is the result of
 /// featurePairDetails for these pairs and transforms. `result` is overwritten.
-template <typename S>
-void distanceDerivatives(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-                         const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
-                         const FeaturePairs& pairs, const FeaturePairDetails<S>& details,
-                         FeaturePairDerivatives<S>& result);
+void distanceDerivatives(const DeformableMesh& first, const fcl::Transform3d& tf1,
+                         const DeformableMesh& second, const fcl::Transform3d& tf2,
+                         const FeaturePairs& pairs, const FeaturePairDetails& details,
+                         FeaturePairDerivatives& result);
 
 /// The derivatives of pairs of one mesh with itself: both `first` and `second` of the result are by
 /// vertices of this mesh, and a solver adds both.
-template <typename S>
-void distanceDerivatives(const DeformableMesh<S>& mesh, const FeaturePairs& pairs,
-                         const FeaturePairDetails<S>& details, FeaturePairDerivatives<S>& result);
+void selfDistanceDerivatives(const DeformableMesh& mesh, const FeaturePairs& pairs,
+                             const FeaturePairDetails& details, FeaturePairDerivatives& result);
 
-/// Computes the derivatives of VertexContacts::distances, which are signed: by 1 vertex of `mesh`
-/// and 3 of `other`. `contacts` is the result of vertexContacts for these arguments. `result` is
+/// Computes the derivatives of VertexContacts::distances, which are signed: by 1 vertex of `first`
+/// and 3 of `second`. `contacts` is the result of vertexContacts for these arguments. `result` is
 /// overwritten.
-template <typename S>
-void distanceDerivatives(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
-                         const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf,
-                         const VertexContacts<S>& contacts, DistanceDerivatives<S>& result);
+void distanceDerivatives(const DeformableMesh& first, const fcl::Transform3d& tf1,
+                         const DeformableMesh& second, const fcl::Transform3d& tf2,
+                         const VertexContacts& contacts, DistanceDerivatives& result);
 
-/// The derivatives of contacts with a shape: by 1 vertex of `mesh`; `result.second` is empty. (If
-/// `other` is a DeformableMesh, the result is that of the overload for two meshes.)
-template <typename S>
-void distanceDerivatives(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
-                         const fcl::CollisionGeometry<S>& other, const fcl::Transform3<S>& other_tf,
-                         const VertexContacts<S>& contacts, DistanceDerivatives<S>& result);
+/// The derivatives of contacts with a shape: by 1 vertex of `first`; `result.second` is empty. (If
+/// `second` is a DeformableMesh, the result is that of the overload for two meshes.)
+void distanceDerivatives(const DeformableMesh& first, const fcl::Transform3d& tf1,
+                         const fcl::CollisionGeometryd& second, const fcl::Transform3d& tf2,
+                         const VertexContacts& contacts, DistanceDerivatives& result);
 
 /// Computes the derivative of the distance of two meshes: by the 3 corners of triangle `b1` of the
 /// first and the 3 of triangle `b2` of the second. `nearest` is the result of CoherentDistance, or
 /// of adaptive_bvh::distance of two DeformableMeshes. Only its triangles are read; their nearest
 /// points are computed again, so it need not have any. `result` is overwritten, with one row.
-template <typename S>
-void distanceDerivatives(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-                         const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
-                         const fcl::DistanceResult<S>& nearest, DistanceDerivatives<S>& result);
+void distanceDerivatives(const DeformableMesh& first, const fcl::Transform3d& tf1,
+                         const DeformableMesh& second, const fcl::Transform3d& tf2,
+                         const fcl::DistanceResultd& nearest, DistanceDerivatives& result);
 
 }  // namespace adaptive_bvh

@@ -3,7 +3,6 @@
 #include <array>
 #include <cstddef>
 #include <functional>
-#include <memory>
 #include <vector>
 
 #include <fcl/common/types.h>
@@ -58,7 +57,7 @@ struct FeaturePairs {
   }
 };
 
-/// Pairs that a query leaves out: by a list, by a function, or by both. A pair has the numbers and
+/// Pairs to leave out: by a list, by a function, or by both. A pair has the numbers and
 /// the order of the result: the feature of the first mesh comes first; within one mesh the smaller
 /// number, and a vertex before a face.
 struct IgnoredPairs {
@@ -73,62 +72,49 @@ struct IgnoredPairs {
   std::function<bool(unsigned first, unsigned second)> test;
 };
 
-/// Which pairs of triangles of one mesh count, by labels.
-enum class LabelRule {
-  Within,   ///< both triangles have the same label
-  Between,  ///< they have different labels
+/// Which pairs of triangles a query of one mesh with itself leaves out: neighbours always touch.
+/// Vertices are compared by index, so a mesh that was built triangle by triangle (addTriangle) has
+/// no neighbours: join its vertices first (weldVertices). A vertex that a triangle repeats counts
+/// once.
+enum class NeighbourFilter {
+  SharedVertex,  ///< leaves out pairs with a vertex in common
+  SharedEdge,    ///< leaves out pairs with two vertices in common
+  None,          ///< leaves out no pair
+  /// Leaves out pairs with vertices in common whose triangles have no other common point. So
+  /// neighbours count if they are folded over each other, or cross beyond the shared corner or
+  /// edge. That is decided without any error. Triangles with the same three vertices count. A
+  /// triangle without area does not count with its neighbours. For selfCollide only.
+  BeyondShared,
 };
 
-/// Leaves out pairs of triangles by a label for each triangle, for simulators that keep several
-/// components in one array. For `selfCollide` and `pairsWithin`. `labels` is in the order of the
-/// triangles, and must live as long as the query.
-inline IgnoredPairs ignoredByLabels(const std::vector<unsigned>& labels, LabelRule rule) {
-  IgnoredPairs ignored;
-  ignored.test = [&labels, rule](unsigned first, unsigned second) {
-    return (labels[first] == labels[second]) != (rule == LabelRule::Within);
-  };
-  return ignored;
-}
+class SurfaceNeighbourhood;
 
-/// Pairs of features to leave out, for `featurePairsWithin` of one mesh (FeatureProximityRequest).
-struct IgnoredFeatures {
-  IgnoredPairs vertex_face;  ///< a vertex and a triangle
-  IgnoredPairs edge_edge;    ///< two edges
+/// What a query leaves out. A query of triangles reads `triangles`, a query of features the other
+/// lists; within one mesh `face_vertex` is not read, and features with a common vertex are always
+/// left out.
+struct Ignored {
+  /// Neighbouring triangles of one mesh.
+  NeighbourFilter neighbours = NeighbourFilter::SharedVertex;
+  /// Further pairs of triangles of one mesh, by their distance along the surface or by labels
+  /// (surface_neighbourhood.h); null for none. A vertex or an edge counts as its triangle with the
+  /// smallest index. It must live as long as the query, which throws std::invalid_argument if it is
+  /// of another mesh.
+  const SurfaceNeighbourhood* surface = nullptr;
+  IgnoredPairs triangles = {};    ///< pairs of triangles
+  IgnoredPairs vertex_face = {};  ///< a vertex of the first mesh and a triangle of the second
+  IgnoredPairs face_vertex = {};  ///< a triangle of the first mesh and a vertex of the second
+  IgnoredPairs edge_edge = {};    ///< two edges
 };
-
-/// Leaves out pairs of features by a label for each triangle. A vertex and an edge have the label
-/// of their triangle with the smallest index. `labels` must live as long as the query; `triangles`
-/// only during this call.
-inline IgnoredFeatures ignoredFeaturesByLabels(const std::vector<fcl::Triangle>& triangles,
-                                               const std::vector<unsigned>& labels,
-                                               LabelRule rule) {
-  auto of_vertices = std::make_shared<std::vector<unsigned>>();
-  for (std::size_t t = triangles.size(); t-- > 0;)
-    for (int k = 0; k < 3; ++k) {
-      const std::size_t vertex = triangles[t][k];
-      if (vertex >= of_vertices->size()) of_vertices->resize(vertex + 1);
-      (*of_vertices)[vertex] = labels[t];
-    }
-  IgnoredFeatures ignored;
-  ignored.vertex_face.test = [of_vertices, &labels, rule](unsigned vertex, unsigned face) {
-    return ((*of_vertices)[vertex] == labels[face]) != (rule == LabelRule::Within);
-  };
-  ignored.edge_edge.test = [&labels, rule](unsigned first, unsigned second) {
-    return (labels[first / 3] == labels[second / 3]) != (rule == LabelRule::Within);
-  };
-  return ignored;
-}
 
 /// Distances, points and normals of pairs of features of one kind, in parallel arrays.
-template <typename S>
 struct FeatureDetails {
-  std::vector<S> distances;  ///< of the two features of each pair
+  std::vector<double> distances;  ///< of the two features of each pair
   /// A nearest point on the first feature and on the second, in the world.
-  std::vector<std::array<fcl::Vector3<S>, 2>> nearest_points;
+  std::vector<std::array<fcl::Vector3d, 2>> nearest_points;
   /// Coordinates of the nearest points. For a vertex and a face: the weights of the face's corners,
   /// whose sum is 1. For two edges: the position along the first and along the second, from 0 at
   /// the first of edgeVertices to 1 at the other; the third number is 0.
-  std::vector<fcl::Vector3<S>> coordinates;
+  std::vector<fcl::Vector3d> coordinates;
   /// Of length 1, from the first feature to the second, in the world. Features that are nearer than
   /// 1e-8 of their coordinates have no such direction. For a vertex and a face the normal is then
   /// the outward direction of the face's surface at the nearest point (ClosestFeature::normal), or
@@ -136,7 +122,7 @@ struct FeatureDetails {
   /// their directions, with the sign that makes it point along the difference of the outward
   /// directions of the first edge and of the second (ClosestFeature::normal). For parallel edges it
   /// is that difference, perpendicular to the longer edge. Zero if that is zero, too.
-  std::vector<fcl::Vector3<S>> normals;
+  std::vector<fcl::Vector3d> normals;
 
   /// How many pairs.
   std::size_t size() const { return distances.size(); }
@@ -150,11 +136,10 @@ struct FeatureDetails {
 };
 
 /// Details of FeaturePairs, for each kind in their order.
-template <typename S>
 struct FeaturePairDetails {
-  FeatureDetails<S> vertex_face;  ///< a vertex of the first mesh and a face of the second
-  FeatureDetails<S> face_vertex;  ///< a face of the first mesh and a vertex of the second
-  FeatureDetails<S> edge_edge;    ///< an edge of each mesh
+  FeatureDetails vertex_face;  ///< a vertex of the first mesh and a face of the second
+  FeatureDetails face_vertex;  ///< a face of the first mesh and a vertex of the second
+  FeatureDetails edge_edge;    ///< an edge of each mesh
 };
 
 /// The two vertices of an edge, by its number. `triangles` are those of a mesh or of a model

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <type_traits>
 #include <vector>
 
 #include <fcl/geometry/bvh/BVH_model.h>
@@ -12,10 +13,9 @@ namespace adaptive_bvh {
 
 /// Positions in one frame; triangles index them, counter-clockwise seen from outside. `loadMesh`
 /// (mesh_io.h, component `mesh_io`) reads one from a file.
-template <typename S>
 struct TriangleMesh {
-  std::vector<fcl::Vector3<S>> vertices;  ///< positions
-  std::vector<fcl::Triangle> triangles;   ///< three indices of vertices each
+  std::vector<fcl::Vector3d> vertices;   ///< positions
+  std::vector<fcl::Triangle> triangles;  ///< three indices of vertices each
 };
 
 /// Joins vertices of exactly equal position, and renumbers the triangles. The first of equal
@@ -27,15 +27,15 @@ struct TriangleMesh {
 /// vertex moves by more than the tolerance, and kept vertices are farther apart. Triangles of which
 /// two corners become one are then removed.
 ///
-/// Defined for float and double. Every index must name a vertex. Throws std::invalid_argument if
+/// Every index must name a vertex. Throws std::invalid_argument if
 /// the tolerance is negative or not finite.
-template <typename S>
-void weldVertices(TriangleMesh<S>& mesh, NonDeduced<S> tolerance = 0);
+void weldVertices(TriangleMesh& mesh, double tolerance = 0);
 
 /// Builds `model` (any fcl::BVHModel, adaptive or plain; new or used) from the mesh: beginModel,
-/// addSubModel, endModel. Vertex i of the mesh is vertex i of the model. Returns FCL's code.
-template <typename Model, typename S>
-int fillModel(const TriangleMesh<S>& mesh, Model& model) {
+/// addSubModel, endModel. A model in single precision gets rounded positions. Vertex i of the mesh
+/// is vertex i of the model. Returns FCL's code.
+template <typename Model>
+int fillModel(const TriangleMesh& mesh, Model& model) {
   if (model.build_state != fcl::BVH_BUILD_STATE_EMPTY) {
     model.beginModel();  // FCL clears a used model, refuses, and forgets what it just allocated
     delete[] model.vertices;
@@ -45,12 +45,13 @@ int fillModel(const TriangleMesh<S>& mesh, Model& model) {
   }
   int code = model.beginModel(static_cast<int>(mesh.triangles.size()),
                               static_cast<int>(mesh.vertices.size()));
-  if (code == fcl::BVH_OK) code = model.addSubModel(mesh.vertices, mesh.triangles);
+  using Point = std::remove_pointer_t<decltype(model.vertices)>;
+  std::vector<Point> vertices;
+  for (const fcl::Vector3d& x : mesh.vertices)
+    vertices.push_back(x.template cast<typename Point::Scalar>());
+  if (code == fcl::BVH_OK) code = model.addSubModel(vertices, mesh.triangles);
   if (code == fcl::BVH_OK) code = model.endModel();
   return code;
 }
-
-extern template void weldVertices(TriangleMesh<float>&, float);
-extern template void weldVertices(TriangleMesh<double>&, double);
 
 }  // namespace adaptive_bvh

@@ -88,10 +88,6 @@ class MeshLoadError : public std::runtime_error {
 /// a broken file (`.assbin` does). What assimp returns is checked; 3MF archives and the levels of
 /// XML are checked before, and the limits of nodes and placed meshes apply. Files that the mesh
 /// refers to (buffers) must be regular files, too.
-template <typename S>
-TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options = {});
-
-extern template TriangleMesh<float> loadMesh(const std::string&, const MeshLoadOptions&);
-extern template TriangleMesh<double> loadMesh(const std::string&, const MeshLoadOptions&);
+TriangleMesh loadMesh(const std::string& path, const MeshLoadOptions& options = {});
 
 }  // namespace adaptive_bvh

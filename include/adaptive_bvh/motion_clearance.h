@@ -11,7 +11,7 @@
 
 /// \file
 /// Clearance over a whole motion: how near two moving bodies come between t = 0 and t = 1, when and
-/// where; the times at which they are nearer than a clearance; the same of one mesh with itself.
+/// where; the times at which they are nearer than a distance; the same of one mesh with itself.
 ///
 ///     using adaptive_bvh::Motion;
 ///     const auto least = adaptive_bvh::leastDistance(Motion(hose, before, after), Motion(part,
@@ -38,11 +38,10 @@
 /// times as much: two tubes of 20,000 triangles, 2 long and 0.03 apart, take 3.3 s of a processor
 /// with a tolerance of 1e-4, and 0.3 s if they stand still.
 ///
-/// **Units and frames.** Lengths and points are in the world, in double precision for meshes of
-/// either precision.
+/// **Units and frames.** Lengths and points are in the world.
 ///
 /// **Errors.** std::invalid_argument like continuous_collision.h; if a tolerance is not above 1e-12
-/// of the coordinates of the bodies, or not finite; if a clearance is negative or not finite, or a
+/// of the coordinates of the bodies, or not finite; if a distance is negative or not finite, or a
 /// limit negative or NaN; if a geometry is neither a DeformableMesh nor a shape; if both are planes
 /// or half-spaces.
 ///
@@ -59,13 +58,12 @@ enum class FramePath {
 };
 
 /// The motion of a mesh or a shape. Refers to both, and to the positions.
-template <typename S>
 struct BodyMotion {
-  using Geometry = fcl::CollisionGeometry<S>;  ///< a DeformableMesh, or a shape of FCL's
-  using Transform = fcl::Transform3<S>;        ///< places the body in the world
+  using Geometry = fcl::CollisionGeometryd;  ///< a DeformableMesh, or a shape of FCL's
+  using Transform = fcl::Transform3d;        ///< places the body in the world
 
   /// A mesh that may deform.
-  BodyMotion(const Motion<S>& mesh_motion, FramePath frame_path = FramePath::Straight)
+  BodyMotion(const Motion& mesh_motion, FramePath frame_path = FramePath::Straight)
       : mesh(mesh_motion),
         start_tf(mesh_motion.start_tf),
         end_tf(mesh_motion.end_tf),
@@ -75,7 +73,7 @@ struct BodyMotion {
              FramePath frame_path = FramePath::Straight)
       : geometry(&moving), start_tf(from_tf), end_tf(to_tf), path(frame_path) {}
 
-  std::optional<Motion<S>> mesh;       ///< if vertices may move in the frame
+  std::optional<Motion> mesh;          ///< if vertices may move in the frame
   const Geometry* geometry = nullptr;  ///< if not
   Transform start_tf;                  ///< at t = 0
   Transform end_tf;                    ///< at t = 1
@@ -116,49 +114,39 @@ struct MotionInterval {
 /// Returns the least distance of two bodies over their motions. If they are at least `limit` apart
 /// at all times, that is all that the search finds out: `lower` is the limit, and `upper` infinite.
 /// A limit saves time where a distance is known already.
-template <typename S>
-MotionClearance leastDistance(const BodyMotion<S>& first, const BodyMotion<S>& second,
-                              double tolerance,
+MotionClearance leastDistance(const BodyMotion& first, const BodyMotion& second, double tolerance,
                               double limit = std::numeric_limits<double>::infinity());
 /// Of two meshes whose vertices move on straight lines.
-template <typename S>
-MotionClearance leastDistance(const Motion<S>& first, const Motion<S>& second, double tolerance,
-                              double limit = std::numeric_limits<double>::infinity()) {
-  return leastDistance(BodyMotion<S>(first), BodyMotion<S>(second), tolerance, limit);
+inline MotionClearance leastDistance(const Motion& first, const Motion& second, double tolerance,
+                                     double limit = std::numeric_limits<double>::infinity()) {
+  return leastDistance(BodyMotion(first), BodyMotion(second), tolerance, limit);
 }
 
-/// Finds the times at which two bodies are nearer than `clearance`: disjoint intervals in order.
-/// Outside of them the bodies are at least `clearance` apart. At every time inside they are at most
-/// `clearance` + `tolerance` apart. With a clearance of 0 these are the times of contact, which are
+/// Finds the times at which two bodies are nearer than `distance`: disjoint intervals in order.
+/// Outside of them the bodies are at least `distance` apart. At every time inside they are at most
+/// `distance` + `tolerance` apart. With a distance of 0 these are the times of contact, which are
 /// all inside. `intervals` is overwritten.
-template <typename S>
-void intervalsBelow(const BodyMotion<S>& first, const BodyMotion<S>& second, double clearance,
+void intervalsBelow(const BodyMotion& first, const BodyMotion& second, double distance,
                     double tolerance, std::vector<MotionInterval>& intervals);
 
 /// Returns the least distance of a mesh to itself over its motion: of all pairs of triangles
-/// without a common vertex that `left_out` does not contain, and `ignored` does not leave out.
-template <typename S>
-MotionClearance leastSelfDistance(const BodyMotion<S>& mesh, const SurfaceNeighbourhood& left_out,
-                                  double tolerance, const IgnoredPairs& ignored = IgnoredPairs());
+/// without a common vertex that are not ignored. `ignored.neighbours` is SharedVertex.
+/// `ignored.surface` mostly is needed: triangles with one triangle between them are near.
+MotionClearance selfLeastDistance(const BodyMotion& mesh, const Ignored& ignored, double tolerance);
 /// Of a mesh whose vertices move on straight lines.
-template <typename S>
-MotionClearance leastSelfDistance(const Motion<S>& mesh, const SurfaceNeighbourhood& left_out,
-                                  double tolerance, const IgnoredPairs& ignored = IgnoredPairs()) {
-  return leastSelfDistance(BodyMotion<S>(mesh), left_out, tolerance, ignored);
+inline MotionClearance selfLeastDistance(const Motion& mesh, const Ignored& ignored,
+                                         double tolerance) {
+  return selfLeastDistance(BodyMotion(mesh), ignored, tolerance);
 }
 /// Of a mesh at its present positions, in its own frame.
-template <typename S>
-MotionClearance leastSelfDistance(const DeformableMesh<S>& mesh,
-                                  const SurfaceNeighbourhood& left_out, double tolerance,
-                                  const IgnoredPairs& ignored = IgnoredPairs()) {
-  const fcl::Transform3<S> identity = fcl::Transform3<S>::Identity();
-  return leastSelfDistance(BodyMotion<S>(mesh, identity, identity), left_out, tolerance, ignored);
+inline MotionClearance selfLeastDistance(const DeformableMesh& mesh, const Ignored& ignored,
+                                         double tolerance) {
+  const fcl::Transform3d identity = fcl::Transform3d::Identity();
+  return selfLeastDistance(BodyMotion(mesh, identity, identity), ignored, tolerance);
 }
 
-/// Finds the times at which a mesh is nearer to itself than `clearance`, as for two bodies.
-template <typename S>
-void selfIntervalsBelow(const BodyMotion<S>& mesh, const SurfaceNeighbourhood& left_out,
-                        double clearance, double tolerance, std::vector<MotionInterval>& intervals,
-                        const IgnoredPairs& ignored = IgnoredPairs());
+/// Finds the times at which a mesh is nearer to itself than `distance`, as for two bodies.
+void selfIntervalsBelow(const BodyMotion& mesh, const Ignored& ignored, double distance,
+                        double tolerance, std::vector<MotionInterval>& intervals);
 
 }  // namespace adaptive_bvh

@@ -16,15 +16,9 @@ namespace adaptive_bvh {
 
 namespace detail {
 
-template <typename T>
-struct Identity {
-  using type = T;
-};
-
 /// Points in memory: component k of point i is data[i * point + k * component].
-template <typename S>
 struct StridedPoints {
-  const S* data;
+  const double* data;
   Eigen::Index count, point, component;
 };
 
@@ -33,33 +27,33 @@ struct StridedPoints {
 /// Returns the number of points of two arrays. Throws std::invalid_argument if they differ.
 std::size_t commonSize(std::size_t first, std::size_t second);
 
-/// Returns use(StridedPoints<S>) for a matrix with a point a row (N x 3) or a column (3 x N).
+/// Returns use(StridedPoints) for a matrix with a point a row (N x 3) or a column (3 x N).
 /// Matrices and maps in either storage order are read in place, expressions are evaluated first.
-template <typename S, typename Derived, typename Use>
+template <typename Derived, typename Use>
 decltype(auto) withStrided(const Eigen::MatrixBase<Derived>& matrix, const Use& use) {
-  static_assert(std::is_same<typename Derived::Scalar, S>::value,
-                "adaptive_bvh: points of another number type; pass points.cast<S>()");
+  static_assert(std::is_same<typename Derived::Scalar, double>::value,
+                "adaptive_bvh: points of another number type; pass points.cast<double>()");
   constexpr int kRows = Derived::RowsAtCompileTime, kColumns = Derived::ColsAtCompileTime;
   const bool columns = kRows == 3 && kColumns != 3, rows = kColumns == 3 && kRows != 3;
   const bool is_3xN = columns || (!rows && matrix.rows() == 3 && matrix.cols() != 3);
   const bool is_Nx3 = rows || (!columns && matrix.cols() == 3 && matrix.rows() != 3);
   if (!is_3xN && !is_Nx3) refusePointMatrix(matrix.rows(), matrix.cols());
-  const Eigen::Ref<const Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic,
+  const Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic,
                                        Derived::IsRowMajor ? Eigen::RowMajor : Eigen::ColMajor>,
                    0, Eigen::OuterStride<>>
       m(matrix.derived());
   const Eigen::Index outer = m.outerStride(), inner = 1;
   const bool outer_is_row = Derived::IsRowMajor;
   const Eigen::Index row = outer_is_row ? outer : inner, column = outer_is_row ? inner : outer;
-  return is_Nx3 ? use(StridedPoints<S>{m.data(), m.rows(), row, column})
-                : use(StridedPoints<S>{m.data(), m.cols(), column, row});
+  return is_Nx3 ? use(StridedPoints{m.data(), m.rows(), row, column})
+                : use(StridedPoints{m.data(), m.cols(), column, row});
 }
 
 /// Returns the points of a matrix.
-template <typename S, typename Derived>
-std::vector<fcl::Vector3<S>> pointsOf(const Eigen::MatrixBase<Derived>& matrix) {
-  return withStrided<S>(matrix, [](const StridedPoints<S>& from) {
-    std::vector<fcl::Vector3<S>> points(static_cast<std::size_t>(from.count));
+template <typename Derived>
+std::vector<fcl::Vector3d> pointsOf(const Eigen::MatrixBase<Derived>& matrix) {
+  return withStrided(matrix, [](const StridedPoints& from) {
+    std::vector<fcl::Vector3d> points(static_cast<std::size_t>(from.count));
     for (std::size_t i = 0; i < points.size(); ++i)
       for (Eigen::Index k = 0; k < 3; ++k)
         points[i][k] = from.data[static_cast<Eigen::Index>(i) * from.point + k * from.component];
@@ -69,11 +63,6 @@ std::vector<fcl::Vector3<S>> pointsOf(const Eigen::MatrixBase<Derived>& matrix) 
 
 }  // namespace detail
 
-/// T, but template arguments are not deduced from it: a distance may be passed as `0`, and a point
-/// as a row of a matrix.
-template <typename T>
-using NonDeduced = typename detail::Identity<T>::type;
-
 /// The points or directions that a call takes. Converts from what the caller has:
 /// - a std::vector of points, which is read where it is; a list of points in braces;
 /// - a matrix with a point a row (N x 3) or a column (3 x N), such as an Eigen::MatrixX3d, an
@@ -82,10 +71,9 @@ using NonDeduced = typename detail::Identity<T>::type;
 /// Throws std::invalid_argument on matrices of other shapes, and on a 3 x 3 matrix whose type does
 /// not state whether rows or columns are the points. For another number type pass
 /// points.cast<double>().
-template <typename S>
 class PointArray {
  public:
-  using Point = fcl::Vector3<S>;  ///< x, y, z
+  using Point = fcl::Vector3d;  ///< x, y, z
 
   /// Refers to the vector.
   PointArray(const std::vector<Point>& points) : data_(points.data()), size_(points.size()) {}
@@ -95,7 +83,7 @@ class PointArray {
   /// Copies the points of a matrix.
   template <typename Derived>
   PointArray(const Eigen::MatrixBase<Derived>& points)
-      : copy_(detail::pointsOf<S>(points)), data_(copy_.data()), size_(copy_.size()) {}
+      : copy_(detail::pointsOf(points)), data_(copy_.data()), size_(copy_.size()) {}
   PointArray(const PointArray&) = delete;
   PointArray& operator=(const PointArray&) = delete;
 

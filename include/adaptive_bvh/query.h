@@ -9,31 +9,6 @@
 
 namespace adaptive_bvh {
 
-namespace detail {
-
-/// Answers a query if the library supports the pair; returns whether it does. Compiled into the
-/// library for float and double.
-template <typename S>
-bool answerDistance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
-                    const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
-                    const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result);
-
-template <typename S>
-bool answerCollide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
-                   const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
-                   const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
-                   bool solid);
-
-/// Replaces values that FCL left uninitialised.
-template <typename S>
-void finishDistance(const fcl::DistanceRequest<S>& request, S before,
-                    fcl::DistanceResult<S>& result);
-template <typename S>
-void finishCollide(const fcl::CollisionRequest<S>& request, std::size_t before,
-                   fcl::CollisionResult<S>& result);
-
-}  // namespace detail
-
 /// Contains `adaptive_bvh::distance` and `adaptive_bvh::collide`. They are not members of the
 /// namespace of AdaptiveBVHModel itself, because argument-dependent lookup would then make an
 /// unqualified call ambiguous: `distance(&model, ...)` under `using namespace fcl` remains
@@ -87,7 +62,7 @@ namespace queries {
 /// half-space or cell are those of their geometry, with the same error; to a cylinder, cone,
 /// ellipsoid or convex they are off by less than 2^-42 of the extent. (A convex counts as touching
 /// below 2^-46.) Depths are exact up to 2^-38 of the extent, those of a convex up to 1e-10.
-/// Results are rounded to S. The solver that a request names is not used.
+/// The solver that a request names is not used.
 ///
 /// **Nearest points** are in the world. For two meshes they are computed if `enable_nearest_points`
 /// is set, for a mesh and a shape or an octree always. If the two touch, both points are a common
@@ -100,7 +75,7 @@ namespace queries {
 /// differs from FCL's, but is deterministic.
 ///
 /// **Thin triangles** are segments, points, and triangles narrower than the root of epsilon times
-/// their length (1.5e-8 in double, 3.4e-4 in float). For two meshes with such triangles FCL reads
+/// their length (1.5e-8). For two meshes with such triangles FCL reads
 /// uninitialised memory, and mostly leaves the pair out. Here such a pair has one contact: between
 /// the nearest points, with depth 0, and with the normal of one of the triangles or, if both are
 /// thin, a direction perpendicular to both.
@@ -118,26 +93,15 @@ namespace queries {
 /// mirrored. Also for a shape and a mesh if a size of the shape is not positive and finite, or if
 /// all its sizes are below 2^-204 (3.9e-62).
 ///
-/// S is float or double. Thread-safe on shared models, like FCL; see AdaptiveBVHModel. As in FCL
+/// Thread-safe on shared models, like FCL; see AdaptiveBVHModel. As in FCL
 /// the result is not cleared first: a smaller distance that it already holds is kept.
-template <typename S>
-S distance(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
-           const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
-           const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result) {
-  const S before = result.min_distance;
-  if (detail::answerDistance(o1, tf1, o2, tf2, request, result)) return result.min_distance;
-  const S found = fcl::distance(o1, tf1, o2, tf2, request, result);
-  detail::finishDistance(request, before, result);
-  return found;
-}
+double distance(const fcl::CollisionGeometryd* o1, const fcl::Transform3d& tf1,
+                const fcl::CollisionGeometryd* o2, const fcl::Transform3d& tf2,
+                const fcl::DistanceRequestd& request, fcl::DistanceResultd& result);
 
 /// Returns the distance of two objects with their transforms.
-template <typename S>
-S distance(const fcl::CollisionObject<S>* o1, const fcl::CollisionObject<S>* o2,
-           const fcl::DistanceRequest<S>& request, fcl::DistanceResult<S>& result) {
-  return queries::distance(o1->collisionGeometry().get(), o1->getTransform(),
-                           o2->collisionGeometry().get(), o2->getTransform(), request, result);
-}
+double distance(const fcl::CollisionObjectd* o1, const fcl::CollisionObjectd* o2,
+                const fcl::DistanceRequestd& request, fcl::DistanceResultd& result);
 
 /// Finds the contacts of two objects. Returns their number. In adaptive models it records for tests
 /// B and D only, because an overlap test computes no distances.
@@ -151,29 +115,15 @@ S distance(const fcl::CollisionObject<S>* o1, const fcl::CollisionObject<S>* o2,
 /// the nearest triangle around it. For the depth of the bodies use signedDistance (penetration.h).
 /// Throws std::invalid_argument for a mesh that is not closed, for an octree, and for models
 /// without a DeformableMesh.
-template <typename S>
-std::size_t collide(const fcl::CollisionGeometry<S>* o1, const fcl::Transform3<S>& tf1,
-                    const fcl::CollisionGeometry<S>* o2, const fcl::Transform3<S>& tf2,
-                    const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
-                    bool solid = false) {
-  const std::size_t before = result.numContacts();
-  if (request.num_max_contacts == 0) return 0;  // as FCL, without its message
-  const bool is_answered = detail::answerCollide(o1, tf1, o2, tf2, request, result, solid);
-  const std::size_t contacts =
-      is_answered ? result.numContacts() : fcl::collide(o1, tf1, o2, tf2, request, result);
-  detail::finishCollide(request, before, result);
-  return contacts;
-}
+std::size_t collide(const fcl::CollisionGeometryd* o1, const fcl::Transform3d& tf1,
+                    const fcl::CollisionGeometryd* o2, const fcl::Transform3d& tf2,
+                    const fcl::CollisionRequestd& request, fcl::CollisionResultd& result,
+                    bool solid = false);
 
 /// Finds the contacts of two objects with their transforms. Returns their number.
-template <typename S>
-std::size_t collide(const fcl::CollisionObject<S>* o1, const fcl::CollisionObject<S>* o2,
-                    const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
-                    bool solid = false) {
-  return queries::collide(o1->collisionGeometry().get(), o1->getTransform(),
-                          o2->collisionGeometry().get(), o2->getTransform(), request, result,
-                          solid);
-}
+std::size_t collide(const fcl::CollisionObjectd* o1, const fcl::CollisionObjectd* o2,
+                    const fcl::CollisionRequestd& request, fcl::CollisionResultd& result,
+                    bool solid = false);
 
 }  // namespace queries
 

@@ -45,8 +45,9 @@ class BodySource;  ///< What is read of a mesh or model (src/recording/body.h).
 
 /// A number for every vertex of a body, to be painted on it.
 struct VertexValues {
-  int body = 0;                ///< what Recording::add returned
-  std::vector<double> values;  ///< one a vertex, finite; as `clearance` (proximity.h) computes
+  int body = 0;  ///< what Recording::add returned
+  std::vector<double>
+      values;  ///< one a vertex, finite; as `vertexDistances` (proximity.h) computes
 };
 
 /// Vectors in one frame, such as normals or forces. Drawn as arrows, all of one label in one
@@ -82,87 +83,70 @@ struct FrameResults {
   std::optional<double> query_ms;   ///< what its queries took, milliseconds
   /// Of each pair: a nearest point on the first and on the second. Drawn as a segment.
   std::vector<std::array<fcl::Vector3d, 2>> nearest_points;
-  std::optional<std::size_t> contact_count;  ///< pairs of triangles that touch
-  std::vector<fcl::Vector3d> contacts;       ///< where they do: drawn as points
-  std::vector<VertexValues> clearance;       ///< at most one a body
-  std::vector<Arrows> arrows;                ///< vectors at points
-  std::vector<Segments> segments;            ///< pairs of points beside nearest_points
-  std::vector<TrianglePatches> patches;      ///< at most one a body
-  std::map<std::string, double> series;      ///< numbers by label, charted (addToSeries)
-  std::optional<double> time;                ///< of the frame, e.g. that of a simulation
-  std::string note;                          ///< shown with the frame
+  std::optional<std::size_t> contact_count;    ///< pairs of triangles that touch
+  std::vector<fcl::Vector3d> contacts;         ///< where they do: drawn as points
+  std::vector<VertexValues> vertex_distances;  ///< at most one a body
+  std::vector<Arrows> arrows;                  ///< vectors at points
+  std::vector<Segments> segments;              ///< pairs of points beside nearest_points
+  std::vector<TrianglePatches> patches;        ///< at most one a body
+  std::map<std::string, double> series;        ///< numbers by label, charted (addToSeries)
+  std::optional<double> time;                  ///< of the frame, e.g. that of a simulation
+  std::string note;                            ///< shown with the frame
 
   FrameResults() = default;
   /// From a distance and, if requested, its nearest points.
-  template <typename S>
-  FrameResults(const fcl::DistanceResult<S>& result) {
-    add(result);
-  }
+  FrameResults(const fcl::DistanceResultd& result) { add(result); }
   /// From contacts. Their positions are shown if `enable_contact` was set.
-  template <typename S>
-  FrameResults(const fcl::CollisionResult<S>& result) {
-    add(result);
-  }
+  FrameResults(const fcl::CollisionResultd& result) { add(result); }
 
   /// Adds another result of this frame. The frame shows the smallest of several distances. Nearest
   /// points that are NaN were not computed.
-  template <typename S>
-  FrameResults& add(const fcl::DistanceResult<S>& result) {
-    const double now = static_cast<double>(result.min_distance);
+  FrameResults& add(const fcl::DistanceResultd& result) {
+    const double now = result.min_distance;
     if (!distance || now < *distance) distance = now;
-    nearest_points.push_back({result.nearest_points[0].template cast<double>(),
-                              result.nearest_points[1].template cast<double>()});
+    nearest_points.push_back({result.nearest_points[0], result.nearest_points[1]});
     return *this;
   }
   /// Adds another result of this frame: appends its contacts.
-  template <typename S>
-  FrameResults& add(const fcl::CollisionResult<S>& result) {
+  FrameResults& add(const fcl::CollisionResultd& result) {
     contact_count = contact_count.value_or(0) + result.numContacts();
     for (std::size_t i = 0; i < result.numContacts(); ++i)
-      contacts.push_back(result.getContact(i).pos.template cast<double>());
+      contacts.push_back(result.getContact(i).pos);
     return *this;
   }
-  /// What `clearance` or `signedClearance` computed for a body.
-  template <typename S>
-  FrameResults& addClearance(int body, const std::vector<S>& values) {
-    clearance.push_back({body, std::vector<double>(values.begin(), values.end())});
+  /// What `vertexDistances` or `signedVertexDistances` computed for a body.
+  FrameResults& addVertexDistances(int body, const std::vector<double>& values) {
+    vertex_distances.push_back({body, values});
     return *this;
   }
   /// The nearest pair of a scene: its distance and points. Nothing where there is no pair.
-  template <typename S>
-  FrameResults& add(const SceneDistance<S>& result) {
+  FrameResults& add(const SceneDistance& result) {
     if (!result.exists()) return *this;
-    const double now = static_cast<double>(result.distance);
+    const double now = result.distance;
     if (!distance || now < *distance) distance = now;
-    nearest_points.push_back(
-        {result.points[0].template cast<double>(), result.points[1].template cast<double>()});
+    nearest_points.push_back({result.points[0], result.points[1]});
     return *this;
   }
   /// The contacts of a scene. Their positions are known where `enable_contact` was set.
-  template <typename S>
-  FrameResults& add(const SceneCollisions<S>& result) {
+  FrameResults& add(const SceneCollisions& result) {
     contact_count = contact_count.value_or(0) + result.contacts.size();
-    for (const fcl::Contact<S>& contact : result.contacts)
-      contacts.push_back(contact.pos.template cast<double>());
+    for (const fcl::Contactd& contact : result.contacts) contacts.push_back(contact.pos);
     return *this;
   }
   /// Arrows at points, e.g. at VertexContacts::positions along VertexContacts::normals; see Arrows.
-  template <typename S>
-  FrameResults& addArrows(const std::string& label, const std::vector<fcl::Vector3<S>>& origins,
-                          const std::vector<fcl::Vector3<S>>& vectors, double scale = 0) {
+  FrameResults& addArrows(const std::string& label, const std::vector<fcl::Vector3d>& origins,
+                          const std::vector<fcl::Vector3d>& vectors, double scale = 0) {
     Arrows added{label, {}, {}, scale};
-    for (const auto& point : origins) added.origins.push_back(point.template cast<double>());
-    for (const auto& vector : vectors) added.vectors.push_back(vector.template cast<double>());
+    for (const auto& point : origins) added.origins.push_back(point);
+    for (const auto& vector : vectors) added.vectors.push_back(vector);
     arrows.push_back(std::move(added));
     return *this;
   }
   /// Segments between points, e.g. FeatureDetails::nearest_points; see Segments.
-  template <typename S>
   FrameResults& addSegments(const std::string& label,
-                            const std::vector<std::array<fcl::Vector3<S>, 2>>& pairs) {
+                            const std::vector<std::array<fcl::Vector3d, 2>>& pairs) {
     Segments added{label, {}};
-    for (const auto& [a, b] : pairs)
-      added.pairs.push_back({a.template cast<double>(), b.template cast<double>()});
+    for (const auto& [a, b] : pairs) added.pairs.push_back({a, b});
     segments.push_back(std::move(added));
     return *this;
   }
@@ -170,8 +154,7 @@ struct FrameResults {
   /// `regions` is ContactRegions::first where `body` is the first mesh, else
   /// ContactRegions::second. With the `ids` of a ContactTracker a region keeps its colour over
   /// frames. Throws std::invalid_argument when there are ids, but not one a region.
-  template <typename S>
-  FrameResults& colourTriangles(int body, const ContactPatches<S>& regions,
+  FrameResults& colourTriangles(int body, const ContactPatches& regions,
                                 const std::vector<std::uint64_t>& ids = {}) {
     const std::size_t count = regions.begins.empty() ? 0 : regions.begins.size() - 1;
     if (!ids.empty() && ids.size() != count)
@@ -210,9 +193,9 @@ struct RecordingOptions {
   double frames_per_second = 25;              ///< at which the page plays
   fcl::Vector3d up = fcl::Vector3d::UnitZ();  ///< which way is up in the world
   std::string time_unit = "s";                ///< of FrameResults::time
-  /// The clearances with the first and with the last colour, which the page can change. By default
-  /// the least and the largest of the run.
-  std::optional<std::array<double, 2>> clearance_range;
+  /// The distances of vertices with the first and with the last colour, which the page can change.
+  /// By default the least and the largest of the run.
+  std::optional<std::array<double, 2>> vertex_distance_range;
 };
 
 /// Records frames of a run and writes them as a page.
@@ -244,8 +227,8 @@ struct RecordingOptions {
 class Recording {
  public:
   /// Throws std::invalid_argument when `up` is zero or not finite, `frames_per_second` is not
-  /// positive, `volume_depth` exceeds 20, `deeper_refits` is negative, or `clearance_range` is not
-  /// finite.
+  /// positive, `volume_depth` exceeds 20, `deeper_refits` is negative, or `vertex_distance_range`
+  /// is not finite.
   explicit Recording(const RecordingOptions& options = RecordingOptions());
   ~Recording();
   /// The moved-from object can only be destroyed or assigned to.
@@ -258,16 +241,15 @@ class Recording {
   /// are those of now; shapes and octrees are copied. Returns its number: 0, 1, ... Planes and
   /// half-spaces are drawn as a square. Throws std::invalid_argument when the transform is not
   /// finite, when the body has no triangles, and on any other geometry.
-  template <typename S>
-  int add(const fcl::CollisionGeometry<S>& geometry, const fcl::Transform3<S>& tf,
+  int add(const fcl::CollisionGeometryd& geometry, const fcl::Transform3d& tf,
           const std::string& name);
-  /// A model, with its volumes. Throws std::invalid_argument also when it is not built.
+  /// A model of RSSd or OBBRSSd, with its volumes. Throws std::invalid_argument also when it is not
+  /// built.
   template <typename BV>
-  int add(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<typename BV::S>& tf,
-          const std::string& name);
+  int add(const AdaptiveBVHModel<BV>& model, const fcl::Transform3d& tf, const std::string& name);
   /// A copy of a mesh that does not deform and is only looked at. Throws std::invalid_argument also
   /// when a vertex is not finite or a triangle names a missing one.
-  int add(const TriangleMesh<double>& mesh, const fcl::Transform3d& tf, const std::string& name);
+  int add(const TriangleMesh& mesh, const fcl::Transform3d& tf, const std::string& name);
   /// Takes a body out from the next frame on. Its number is never given again. Throws
   /// std::invalid_argument when there is no such body, and for one of a followed scene, which
   /// leaves the recording when it leaves the scene.
@@ -278,8 +260,7 @@ class Recording {
   /// of `frame`. `name` names a body on the page, by default "body 7" for the id 7; what it throws,
   /// this call, `frame` and `bodyOf` throw, and change nothing. Throws std::logic_error when a
   /// scene is followed already.
-  template <typename S>
-  void follow(const Scene<S>& scene, const std::function<std::string(BodyId)>& name = {});
+  void follow(const Scene& scene, const std::function<std::string(BodyId)>& name = {});
   /// The number of a body of the followed scene, for VertexValues and TrianglePatches. Throws
   /// std::invalid_argument when no scene with such a body is followed.
   int bodyOf(BodyId id);
@@ -290,9 +271,9 @@ class Recording {
 
   /// Records the bodies as they are now, with what was computed. Takes about 12 ns a vertex that
   /// moved. Throws std::logic_error when there is no body, and std::invalid_argument when a body
-  /// has another number of vertices or triangles than when it was added, when clearances or patches
-  /// name a missing body or triangle, and when arrays that belong together differ in length. Then
-  /// nothing is recorded.
+  /// has another number of vertices or triangles than when it was added, when distances of vertices
+  /// or patches name a missing body or triangle, and when arrays that belong together differ in
+  /// length. Then nothing is recorded.
   void frame(const FrameResults& results = FrameResults());
 
   int bodies() const;         ///< how many were added, including removed ones
@@ -300,8 +281,7 @@ class Recording {
   std::size_t bytes() const;  ///< what they take in memory, about; on the page up to 4/3 of it
 
   /// Writes the page: one file of about 0.9 megabytes and 4/3 of `bytes()`, as a whole or not at
-  /// all
-  /// (`writeFile`). Throws std::logic_error when no frame was recorded, and std::runtime_error,
+  /// all. Throws std::logic_error when no frame was recorded, and std::runtime_error,
   /// which says why, when the file cannot be written.
   void write(const std::string& path) const;
   /// Writes the page to a stream; its state says whether that worked. Throws std::logic_error when

@@ -24,12 +24,12 @@ namespace adaptive_bvh {
 /// the pairs that may be near. Pairs with a mesh are answered by the queries of pairs (query.h,
 /// proximity.h, penetration.h), others by this library as well.
 ///
-///     adaptive_bvh::Scene<double> scene;
+///     adaptive_bvh::Scene scene;
 ///     const auto hose = scene.add(hose_mesh);            // a DeformableMesh, by reference
 ///     const auto part = scene.add(box, tf);              // shared pointers are kept
 ///     hose_mesh.update(positions);
 ///     scene.update();                                    // each step, after all changes
-///     adaptive_bvh::SceneDistance<double> nearest = scene.nearest(hose);
+///     adaptive_bvh::SceneDistance nearest = scene.nearest(hose);
 ///
 /// **Currency.** `update` computes the boxes of all bodies in their present state. A query throws
 /// std::logic_error if bodies, transforms or meshes have changed since then. Shapes and octrees
@@ -41,7 +41,7 @@ namespace adaptive_bvh {
 /// bodies touch; one contact for each pair of shapes or cells; its position is a common point; the
 /// second body moved by the depth along the normal is apart from the shape or cell of the first.
 /// Planes and half-spaces are without end: two of them are apart only where they are parallel (to
-/// 16 epsilon of S), and the depth is infinite where no motion separates them. Static shapes that
+/// 16 epsilon), and the depth is infinite where no motion separates them. Static shapes that
 /// overlap are pairs as any other: `ignore` and groups leave them out.
 ///
 /// Distances of two shapes or cells are those of the shapes' formulas if one is a sphere, capsule,
@@ -64,8 +64,6 @@ namespace adaptive_bvh {
 /// **Threads.** Any number of threads may call const members at once. Members that are not const
 /// need the scene for themselves, and so does a change of a mesh. `setThreads` lets a query work on
 /// several pairs at once, on the threads of the caller's oneTBB arena.
-///
-/// S is float or double.
 
 /// Number of a body, returned by Scene::add and never used again.
 using BodyId = std::uint32_t;
@@ -91,17 +89,17 @@ struct BodyPair {
 struct BodyOptions {
   std::uint32_t group = 1;   ///< bits: the groups of the body
   std::uint32_t mask = ~0u;  ///< bits: the groups it may pair with; both bodies must allow the pair
-  /// Whether `collisions`, `pairsWithin` and `featurePairsWithin` include the body with itself,
+  /// Whether `collide`, `pairsWithin` and `featurePairsWithin` include the body with itself,
   /// without triangles that share a vertex. Meshes only.
   bool self_collision = false;
-  /// Whether a mesh is filled: then `collisions` and `isNearer` also count meshes and shapes inside
+  /// Whether a mesh is filled: then `collide` and `isNearer` also count meshes and shapes inside
   /// of it that do not touch its surface (adaptive_bvh::collide describes their contacts). It must
   /// be closed. Shapes are always filled. An octree inside of a mesh is not found.
   bool solid = false;
   std::uintptr_t user = 0;  ///< a value of the caller's
 };
 
-/// Request of Scene::collisions.
+/// Request of Scene::collide.
 struct SceneCollisionRequest {
   /// Largest number of contacts of each pair; 0 lists the pairs only.
   std::size_t contacts_per_pair = std::numeric_limits<std::size_t>::max();
@@ -110,81 +108,76 @@ struct SceneCollisionRequest {
 };
 
 /// Bodies that touch, and their contacts.
-template <typename S>
 struct SceneCollisions {
   std::vector<BodyPair> pairs;  ///< pairs that touch
-  /// Pair i has the contacts from offsets[i] up to offsets[i + 1], which is excluded; one number
+  /// Pair i has the contacts from begins[i] up to begins[i + 1], which is excluded; one number
   /// more than there are pairs.
-  std::vector<std::size_t> offsets;
+  std::vector<std::size_t> begins;
   /// Contacts as in adaptive_bvh::collide and selfCollide, except that o1, b1 and o2, b2 belong to
   /// the first and to the second body of the pair, and normals point from the first to the second.
-  std::vector<fcl::Contact<S>> contacts;
+  std::vector<fcl::Contactd> contacts;
 };
 
 /// Pairs of triangles, by pairs of bodies.
-template <typename S>
 struct SceneTrianglePairs {
-  std::vector<BodyPair> pairs;       ///< pairs of bodies with at least one pair of triangles
-  std::vector<std::size_t> offsets;  ///< pair i has found[offsets[i]] up to found[offsets[i + 1]]
-  TrianglePairs<S> found;            ///< of all pairs of bodies, one after the other
+  std::vector<BodyPair> pairs;      ///< pairs of bodies with at least one pair of triangles
+  std::vector<std::size_t> begins;  ///< pair i has found[begins[i]] up to found[begins[i + 1]]
+  TrianglePairs found;              ///< of all pairs of bodies, one after the other
 };
 
 /// Pairs of features, by pairs of bodies.
 struct SceneFeaturePairs {
   std::vector<BodyPair> pairs;  ///< pairs of bodies with at least one pair of features
-  /// For pair i the ranges of FeaturePairs::vertex_face, face_vertex and edge_edge: from offsets[i]
-  /// up to offsets[i + 1], which is excluded.
-  std::vector<std::array<std::size_t, 3>> offsets;
+  /// For pair i the ranges of FeaturePairs::vertex_face, face_vertex and edge_edge: from begins[i]
+  /// up to begins[i + 1], which is excluded.
+  std::vector<std::array<std::size_t, 3>> begins;
   FeaturePairs found;  ///< of all pairs of bodies, one after the other
 };
 
 /// Contacts of vertices, by pairs of bodies.
-template <typename S>
 struct SceneVertexContacts {
   /// The mesh of the vertices and the other body. So a pair of meshes occurs up to twice.
   std::vector<BodyPair> pairs;
-  std::vector<std::size_t> offsets;  ///< pair i has the contacts from offsets[i] to offsets[i + 1]
-  VertexContacts<S> found;           ///< of all pairs of bodies, one after the other
+  std::vector<std::size_t> begins;  ///< pair i has the contacts from begins[i] to begins[i + 1]
+  VertexContacts found;             ///< of all pairs of bodies, one after the other
 };
 
 /// A pair of bodies and its distance.
-template <typename S>
 struct SceneDistance {
   BodyPair bodies = {0, 0};  ///< in Scene::nearest the body of the call comes first
-  S distance = std::numeric_limits<S>::infinity();  ///< infinite if there is no pair
+  double distance = std::numeric_limits<double>::infinity();  ///< infinite if there is no pair
   /// Nearest points on the first body and on the second.
-  std::array<fcl::Vector3<S>, 2> points = {
-      fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN()),
-      fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN())};
+  std::array<fcl::Vector3d, 2> points = {
+      fcl::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()),
+      fcl::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN())};
   std::array<int, 2> elements = {-1, -1};  ///< triangle or cell of each body; -1 for a shape
 
   /// Whether there is a pair.
-  bool exists() const { return distance < std::numeric_limits<S>::infinity(); }
+  bool exists() const { return distance < std::numeric_limits<double>::infinity(); }
 };
 
 /// The point of the bodies' surfaces that is nearest to a point.
-template <typename S>
 struct ScenePoint {
-  BodyId body = 0;                                  ///< the body with that point
-  S distance = std::numeric_limits<S>::infinity();  ///< infinite if there is no body
-  fcl::Vector3<S> point =
-      fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN());  ///< nearest
-  int triangle = -1;  ///< triangle or cell with that point; -1 for a shape
+  BodyId body = 0;                                            ///< the body with that point
+  double distance = std::numeric_limits<double>::infinity();  ///< infinite if there is no body
+  fcl::Vector3d point =
+      fcl::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());  ///< nearest
+  int element = -1;  ///< triangle or cell with that point; -1 for a shape
 
   /// Whether there is a point.
-  bool exists() const { return distance < std::numeric_limits<S>::infinity(); }
+  bool exists() const { return distance < std::numeric_limits<double>::infinity(); }
 };
 
 /// First hit of a ray with a scene.
-template <typename S>
 struct SceneRayHit {
   BodyId body = 0;  ///< the body that is hit; without meaning if there is no hit
-  /// As returned by firstHit. For an octree `triangle` is the cell, for a shape -1; u and v are 0
-  /// for both.
-  RayHit<S> hit;
+  double t = std::numeric_limits<double>::infinity();  ///< as RayHit::t
+  int element = -1;  ///< triangle or cell that is hit; -1 for a shape
+  double u = 0;      ///< as RayHit::u; 0 for a shape or cell
+  double v = 0;      ///< as RayHit::v; 0 for a shape or cell
 
-  /// Whether there is a hit: hit.t is finite.
-  bool exists() const { return hit.t < std::numeric_limits<S>::infinity(); }
+  /// Whether there is a hit: t is finite.
+  bool exists() const { return t < std::numeric_limits<double>::infinity(); }
 };
 
 /// The first two bodies that come together in a step, and when.
@@ -198,11 +191,10 @@ struct SceneImpact {
   Impact impact;
 
   /// Whether anything comes together.
-  bool happens() const { return impact.happens(); }
+  bool exists() const { return impact.exists(); }
 };
 
 namespace detail {
-template <typename S>
 struct SceneAccess;
 }
 
@@ -215,19 +207,18 @@ struct SceneClearance {
   bool exists() const { return clearance.exists(); }
 };
 
-/// The times at which pairs of bodies are nearer than a clearance.
+/// The times at which pairs of bodies are nearer than a distance.
 struct SceneIntervals {
   std::vector<BodyPair> pairs;        ///< pairs with at least one interval
-  std::vector<std::size_t> offsets;   ///< pair i has intervals[offsets[i]] to [offsets[i + 1]]
+  std::vector<std::size_t> begins;    ///< pair i has intervals[begins[i]] to [begins[i + 1]]
   std::vector<MotionInterval> found;  ///< of all pairs of bodies, one after the other
 };
 
 /// Bodies and their queries; \ref scene.h describes currency, order, frames, errors and threads.
-template <typename S>
 class Scene {
  public:
-  using Geometry = fcl::CollisionGeometry<S>;  ///< a DeformableMesh, a shape or an octree
-  using Transform = fcl::Transform3<S>;        ///< from a body's frame to the world
+  using Geometry = fcl::CollisionGeometryd;  ///< a DeformableMesh, a shape or an octree
+  using Transform = fcl::Transform3d;        ///< from a body's frame to the world
   /// Whether a pair counts.
   using Filter = std::function<bool(BodyId, BodyId)>;
 
@@ -299,37 +290,37 @@ class Scene {
   // ---- Queries of all pairs
 
   /// Finds the pairs of bodies that touch. Returns their number; `result` is overwritten.
-  std::size_t collisions(const SceneCollisionRequest& request, SceneCollisions<S>& result) const;
+  std::size_t collide(const SceneCollisionRequest& request, SceneCollisions& result) const;
   /// Finds the pairs of triangles of two meshes that are at most `request.distance` apart. Returns
   /// their number; `result` is overwritten.
-  std::size_t pairsWithin(const ProximityRequest<S>& request, SceneTrianglePairs<S>& result) const;
+  std::size_t pairsWithin(const ProximityRequest& request, SceneTrianglePairs& result) const;
   /// Finds the pairs of features of two meshes that are at most `distance` apart. Returns their
   /// number; `result` is overwritten.
-  std::size_t featurePairsWithin(S distance, SceneFeaturePairs& result) const;
-  /// Finds the vertices of meshes that are at most `margin` from another body, or inside of it. The
-  /// other body is a shape or a closed mesh; meshes that are not closed have no inside and are left
-  /// out. Returns the number of contacts; `result` is overwritten.
-  std::size_t vertexContacts(S margin, SceneVertexContacts<S>& result) const;
+  std::size_t featurePairsWithin(double distance, SceneFeaturePairs& result) const;
+  /// Finds the vertices of meshes that are at most `distance` from another body, or inside of it.
+  /// The other body is a shape or a closed mesh; meshes that are not closed have no inside and are
+  /// left out. Returns the number of contacts; `result` is overwritten.
+  std::size_t vertexContacts(double distance, SceneVertexContacts& result) const;
   /// Whether any two bodies are at most `distance` apart.
-  bool isNearer(S distance) const;
+  bool isNearer(double distance) const;
 
   // ---- Nearest
 
   /// Returns the nearest pair. Keeps it as the start of the next call.
-  SceneDistance<S> distance();
+  SceneDistance distance();
   /// Of a const scene, such as a snapshot that threads share: starts from the pair that was kept
   /// last, here or in the scene of the snapshot, and keeps none.
-  SceneDistance<S> distance() const;
+  SceneDistance distance() const;
   /// Returns the body nearest to `body`. Keeps it as the start of the next call.
-  SceneDistance<S> nearest(BodyId body);
+  SceneDistance nearest(BodyId body);
   /// Of a const scene: keeps nothing.
-  SceneDistance<S> nearest(BodyId body) const;
+  SceneDistance nearest(BodyId body) const;
   /// Finds the k bodies nearest to `body`, by increasing distance, then id; fewer if there are
   /// fewer.
-  void nearest(BodyId body, std::size_t k, std::vector<SceneDistance<S>>& result) const;
+  void nearest(BodyId body, std::size_t k, std::vector<SceneDistance>& result) const;
   /// Returns the nearest point of the bodies' surfaces: also for a point inside of a shape or of an
   /// octree's cell.
-  ScenePoint<S> nearestPoint(const fcl::Vector3<S>& point) const;
+  ScenePoint nearestPoint(const fcl::Vector3d& point) const;
 
   // ---- The step as a motion (continuous_collision.h)
 
@@ -346,10 +337,10 @@ class Scene {
   /// coordinates in the world; where they touch at a grazing angle, by more. Bodies that touch at
   /// the start have the time 0, and so has a triangle that is inside of a shape. Throws like
   /// adaptive_bvh::earliestImpact.
-  SceneImpact earliestImpact(double separation = 0) const;
+  SceneImpact earliestImpact(double distance = 0) const;
   /// The time up to which nothing comes together: from 0 to 1, the whole step.
-  double largestSafeStep(double separation = 0) const {
-    const double time = earliestImpact(separation).impact.time;
+  double largestSafeStep(double distance = 0) const {
+    const double time = earliestImpact(distance).impact.time;
     return time < 1 ? time : 1;
   }
 
@@ -371,11 +362,11 @@ class Scene {
   void leastDistances(BodyId body, std::size_t k, double tolerance,
                       std::vector<SceneClearance>& result,
                       FramePath path = FramePath::Straight) const;
-  /// Finds all pairs of bodies that come nearer than `clearance`, and when: as
+  /// Finds all pairs of bodies that come nearer than `distance`, and when: as
   /// adaptive_bvh::intervalsBelow does for each pair. Returns the number of pairs; `result` is
   /// overwritten. Bodies with themselves are left out. Throws std::invalid_argument if an octree
   /// may pair with a body.
-  std::size_t intervalsBelow(double clearance, double tolerance, SceneIntervals& result,
+  std::size_t intervalsBelow(double distance, double tolerance, SceneIntervals& result,
                              FramePath path = FramePath::Straight) const;
 
   // ---- Rays
@@ -384,36 +375,29 @@ class Scene {
   /// ray hits the surface of a shape or a cell where it enters, or if that is before the range
   /// where it leaves; a plane that it lies in is not hit. Hits of shapes and cells are computed by
   /// formula, up to rounding. Throws like adaptive_bvh::firstHits.
-  void firstHits(const fcl::Vector3<S>* origins, const fcl::Vector3<S>* directions,
-                 std::size_t count, const RayRange<S>& range,
-                 std::vector<SceneRayHit<S>>& result) const;
+  void firstHits(const fcl::Vector3d* origins, const fcl::Vector3d* directions, std::size_t count,
+                 const RayRange& range, std::vector<SceneRayHit>& result) const;
   /// On the whole rays.
-  void firstHits(const fcl::Vector3<S>* origins, const fcl::Vector3<S>* directions,
-                 std::size_t count, std::vector<SceneRayHit<S>>& result) const {
-    firstHits(origins, directions, count, RayRange<S>(), result);
+  void firstHits(const fcl::Vector3d* origins, const fcl::Vector3d* directions, std::size_t count,
+                 std::vector<SceneRayHit>& result) const {
+    firstHits(origins, directions, count, RayRange(), result);
   }
   /// From vectors or matrices, one direction for each origin.
-  void firstHits(const PointArray<S>& origins, const PointArray<S>& directions,
-                 const RayRange<S>& range, std::vector<SceneRayHit<S>>& result) const {
+  void firstHits(const PointArray& origins, const PointArray& directions, const RayRange& range,
+                 std::vector<SceneRayHit>& result) const {
     firstHits(origins.data(), directions.data(),
               detail::commonSize(origins.size(), directions.size()), range, result);
   }
   /// On the whole rays.
-  void firstHits(const PointArray<S>& origins, const PointArray<S>& directions,
-                 std::vector<SceneRayHit<S>>& result) const {
-    firstHits(origins, directions, RayRange<S>(), result);
+  void firstHits(const PointArray& origins, const PointArray& directions,
+                 std::vector<SceneRayHit>& result) const {
+    firstHits(origins, directions, RayRange(), result);
   }
 
  private:
-  friend struct detail::SceneAccess<S>;
+  friend struct detail::SceneAccess;
   struct State;
   std::unique_ptr<State> state_;
 };
-
-using Scenef = Scene<float>;   ///< in single precision
-using Scened = Scene<double>;  ///< in double precision
-
-extern template class Scene<float>;
-extern template class Scene<double>;
 
 }  // namespace adaptive_bvh

@@ -15,10 +15,6 @@ namespace adaptive_bvh {
 ///
 /// Throws std::invalid_argument on any other geometry, on shapes with a size that is not positive
 /// and finite, and on a `turn` outside of [1, 1024].
-template <typename S>
-TriangleMesh<S> shapeMesh(const fcl::CollisionGeometry<S>& shape, int turn = 64);
-
-extern template TriangleMesh<float> shapeMesh(const fcl::CollisionGeometry<float>&, int);
-extern template TriangleMesh<double> shapeMesh(const fcl::CollisionGeometry<double>&, int);
+TriangleMesh shapeMesh(const fcl::CollisionGeometryd& shape, int turn = 64);
 
 }  // namespace adaptive_bvh

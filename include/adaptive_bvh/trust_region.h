@@ -11,13 +11,12 @@
 namespace adaptive_bvh {
 
 /// How far vertices may go, in the unit of the mesh.
-template <typename S>
 struct TrustRegionRequest {
   /// How far each vertex may go from where pairs were found last; above 0. A larger radius finds
   /// more pairs: about a fifth to half of an edge is a good value for a step of a solver.
-  S radius = 0;
+  double radius = 0;
   /// The distance that features keep; at least 0.
-  S separation = 0;
+  double distance = 0;
   /// Pairs are found anew, around the accepted positions, when the radius held back more than this
   /// share of the vertices. 0: as soon as it held back one. 1: never.
   double most_held = 0.01;
@@ -33,7 +32,7 @@ struct TrustRegionReport {
 /// Keeps the iterates of a solver apart: finds the pairs of near features once, for several
 /// iterations.
 ///
-///     TrustRegion<double> region(cloth, request);
+///     TrustRegion region(cloth, request);
 ///     region.addObstacle(ball);
 ///     region.begin(positions);            // once a step
 ///     for (...) {                         // iterations
@@ -45,7 +44,7 @@ struct TrustRegionReport {
 /// come together. In each iteration a fixed plane separates each two features that the motion could
 /// bring together, and all their vertices keep to their sides of it, as by `truncateMotion`
 /// (continuous_collision.h). So no features come together on the straight ways from iterate to
-/// iterate, in whatever order vertices move. Features that are at most the separation apart come no
+/// iterate, in whatever order vertices move. Features that are at most the distance apart come no
 /// nearer; features that touch do not move. Rounding included (docs/bounds.md, 15).
 ///
 /// The mesh deforms, its positions are given in each call: its own positions are not read. A
@@ -58,15 +57,14 @@ struct TrustRegionReport {
 /// Throws std::invalid_argument, and changes nothing, if the radius is not above 0, if a number is
 /// negative, infinite or not a number, if the number of positions is not that of the vertices, if
 /// a transform is not a rigid motion, or if `truncate` is called before `begin`.
-template <typename S>
 class TrustRegion {
  public:
-  using Mesh = DeformableMesh<S>;               ///< the mesh type
-  using Points = std::vector<fcl::Vector3<S>>;  ///< positions, one for each vertex
-  using Transform = fcl::Transform3<S>;         ///< places an obstacle in the frame of the mesh
+  using Mesh = DeformableMesh;                ///< the mesh type
+  using Points = std::vector<fcl::Vector3d>;  ///< positions, one for each vertex
+  using Transform = fcl::Transform3d;         ///< places an obstacle in the frame of the mesh
 
   /// Keeps a reference to the mesh, which must outlive this object.
-  TrustRegion(const Mesh& mesh, const TrustRegionRequest<S>& request);
+  TrustRegion(const Mesh& mesh, const TrustRegionRequest& request);
   ~TrustRegion();
   /// The moved-from object can only be destroyed.
   TrustRegion(TrustRegion&&) noexcept;
@@ -96,11 +94,5 @@ class TrustRegion {
   struct State;
   std::unique_ptr<State> state_;
 };
-
-using TrustRegionf = TrustRegion<float>;   ///< in single precision
-using TrustRegiond = TrustRegion<double>;  ///< in double precision
-
-extern template class TrustRegion<float>;
-extern template class TrustRegion<double>;
 
 }  // namespace adaptive_bvh

@@ -9,12 +9,13 @@ Anything else is converted once. Tensors of PyTorch, arrays of Warp and others i
 are read in place, too: by the buffer protocol, NumPy's interface or DLPack. Those on a device are a
 TypeError. Lengths are in the unit of the mesh.
 
-All computations are in float64, also of meshes whose dtype is float32, and meshes of both dtypes
-may meet in a query. Results are float64; numbers of triangles and vertices are int32. The arrays of
-a result share its memory, and keep it alive.
+A mesh keeps its positions in float64, and all computations are in float64. Results are float64;
+numbers of triangles and vertices are int32. The arrays of a result share its memory, and keep it
+alive.
 
 A pose places a mesh or a shape in the world: None (the identity), a (4, 4) array, or a pair
-(R, t) of shapes (3, 3) and (3,). R must be a rotation to 1e-6.
+(R, t) of shapes (3, 3) and (3,). R must be a rotation to 1e-6. Functions of two objects take their
+poses as keywords, tf1 and tf2.
 
 Errors: TypeError for other kinds of objects and numbers that are not real, ValueError for wrong
 shapes and for numbers that are not finite or out of range, IndexError for indices of what is not
@@ -53,6 +54,7 @@ from ._core import (
     FeaturePairDetails,
     FeaturePairs,
     Halfspace,
+    Ignored,
     Impact,
     ImpactTimes,
     Mesh,
@@ -86,7 +88,6 @@ from ._core import (
     __version__,
     any_hit,
     candidates,
-    clearance,
     closest_features,
     closest_point,
     closest_points,
@@ -103,23 +104,35 @@ from ._core import (
     is_watertight,
     largest_safe_step,
     least_distance,
-    least_self_distance,
     load_mesh,
     open_edges,
     pairs_within,
     ray_hits,
     safe_displacements,
+    self_candidates,
     self_collide,
+    self_distance_derivatives,
+    self_earliest_impact,
+    self_feature_pair_details,
+    self_feature_pairs_within,
     self_intervals_below,
+    self_largest_safe_step,
+    self_least_distance,
+    self_pairs_within,
+    self_safe_displacements,
+    self_time_of_impact,
+    self_times_of_impact,
+    self_truncate_motion,
     shape_mesh,
-    signed_clearance,
     signed_distance,
     signed_distances,
+    signed_vertex_distances,
     time_of_impact,
     times_of_impact,
     truncate_motion,
     vertex_contacts,
     vertex_contacts_of_both,
+    vertex_distances,
     weld_vertices,
     winding_numbers,
 )
@@ -157,6 +170,7 @@ __all__ = [
     "FeaturePairDetails",
     "FeaturePairs",
     "Halfspace",
+    "Ignored",
     "Impact",
     "ImpactTimes",
     "Mesh",
@@ -190,7 +204,6 @@ __all__ = [
     "VertexGradients",
     "any_hit",
     "candidates",
-    "clearance",
     "closest_features",
     "closest_point",
     "closest_points",
@@ -207,23 +220,35 @@ __all__ = [
     "is_watertight",
     "largest_safe_step",
     "least_distance",
-    "least_self_distance",
     "load_mesh",
     "open_edges",
     "pairs_within",
     "ray_hits",
     "safe_displacements",
+    "self_candidates",
     "self_collide",
+    "self_distance_derivatives",
+    "self_earliest_impact",
+    "self_feature_pair_details",
+    "self_feature_pairs_within",
     "self_intervals_below",
+    "self_largest_safe_step",
+    "self_least_distance",
+    "self_pairs_within",
+    "self_safe_displacements",
+    "self_time_of_impact",
+    "self_times_of_impact",
+    "self_truncate_motion",
     "shape_mesh",
-    "signed_clearance",
     "signed_distance",
     "signed_distances",
+    "signed_vertex_distances",
     "time_of_impact",
     "times_of_impact",
     "truncate_motion",
     "vertex_contacts",
     "vertex_contacts_of_both",
+    "vertex_distances",
     "weld_vertices",
     "winding_numbers",
 ]

@@ -33,7 +33,7 @@ class _DLPack(Protocol):
 _Array: TypeAlias = Union[npt.ArrayLike, _DLPack]
 _Pose: TypeAlias = Union[None, _Array, Tuple[_Array, _Array]]
 _Object: TypeAlias = Union[DeformableMesh, Shape]
-_Filter: TypeAlias = Literal["shared vertex", "shared edge", "beyond shared", "none"]
+_Neighbours: TypeAlias = Literal["shared vertex", "shared edge", "beyond shared", "none"]
 _Kind: TypeAlias = Literal["vertex-face", "face-vertex", "edge-edge"]
 
 class _HasMesh(Protocol):
@@ -79,13 +79,9 @@ class MeshUpdate:
 
 class DeformableMesh:
     @overload
-    def __init__(
-        self, vertices: _Array, faces: _Array, dtype: npt.DTypeLike = "float64"
-    ) -> None: ...
+    def __init__(self, vertices: _Array, faces: _Array) -> None: ...
     @overload
-    def __init__(
-        self, vertices: _HasMesh, faces: None = None, dtype: npt.DTypeLike = "float64"
-    ) -> None: ...
+    def __init__(self, vertices: _HasMesh, faces: None = None) -> None: ...
     @overload
     def update(self, vertices: _Array) -> MeshUpdate: ...
     @overload
@@ -100,22 +96,19 @@ class DeformableMesh:
     def __copy__(self) -> DeformableMesh: ...
     def __deepcopy__(self, memo: Dict[Any, Any]) -> DeformableMesh: ...
     def validate(self) -> bool: ...
-    def set_update_threads(self, threads: int) -> None: ...
-    def set_query_threads(self, threads: int) -> None: ...
+    def set_threads(self, threads: int) -> None: ...
     @property
     def last_update(self) -> MeshUpdate: ...
     @property
-    def vertices(self) -> npt.NDArray[Any]: ...
+    def vertices(self) -> _Floats: ...
     @property
-    def previous_vertices(self) -> npt.NDArray[Any]: ...
+    def previous_vertices(self) -> _Floats: ...
     @property
     def faces(self) -> _Longs: ...
     @property
     def num_vertices(self) -> int: ...
     @property
     def num_faces(self) -> int: ...
-    @property
-    def dtype(self) -> np.dtype[Any]: ...
 
 class Shape:
     def __reduce__(self) -> Tuple[Any, ...]: ...
@@ -209,17 +202,17 @@ class Contacts:
 def distance(
     o1: _Object,
     o2: _Object,
+    *,
     tf1: _Pose = None,
     tf2: _Pose = None,
-    *,
     nearest_points: bool = True,
 ) -> DistanceResult: ...
 def collide(
     o1: _Object,
     o2: _Object,
+    *,
     tf1: _Pose = None,
     tf2: _Pose = None,
-    *,
     max_contacts: Union[int, None] = None,
     enable_contact: bool = True,
     solid: bool = False,
@@ -230,10 +223,7 @@ def self_collide(
     *,
     max_contacts: Union[int, None] = None,
     enable_contact: bool = True,
-    filter: _Filter = "shared vertex",
-    ignored: Union[_Array, None] = None,
-    labels: Union[_Array, None] = None,
-    label_rule: _Rule = "between",
+    ignored: _Ignored = None,
 ) -> Contacts: ...
 
 class CoherentDistance:
@@ -244,7 +234,7 @@ class CoherentDistance:
 
 class CoherentProximity:
     def __init__(self, first: DeformableMesh, second: DeformableMesh) -> None: ...
-    def is_nearer(self, distance: float, tf1: _Pose = None, tf2: _Pose = None) -> bool: ...
+    def is_nearer(self, distance: float, *, tf1: _Pose = None, tf2: _Pose = None) -> bool: ...
     @property
     def searches(self) -> int: ...
 
@@ -284,10 +274,7 @@ class ContactSet:
         distance: float,
         *,
         elements: _Elements = "triangles",
-        filter: _Filter = "shared vertex",
-        ignored: Union[_Array, FeaturePairs, None] = None,
-        labels: Union[_Array, None] = None,
-        label_rule: _Rule = "between",
+        ignored: _Ignored = None,
     ) -> None: ...
     @overload
     def __init__(
@@ -297,7 +284,7 @@ class ContactSet:
         distance: float,
         *,
         elements: _Elements = "triangles",
-        ignored: Union[_Array, FeaturePairs, None] = None,
+        ignored: _Ignored = None,
     ) -> None: ...
     @overload
     def __init__(
@@ -306,7 +293,7 @@ class ContactSet:
         distance: float,
         *,
         elements: _Elements = "triangles",
-        ignored: Union[_Array, FeaturePairs, None] = None,
+        ignored: _Ignored = None,
     ) -> None: ...
     def update(self, tf1: _Pose = None, tf2: _Pose = None) -> int: ...
     def compact(self) -> Renumbering: ...
@@ -354,57 +341,71 @@ class FeaturePairs:
     def edge_edge(self) -> _Ints: ...
     def __len__(self) -> int: ...
 
+class SurfaceNeighbourhood:
+    def __init__(self, mesh: DeformableMesh) -> None: ...
+    @staticmethod
+    def by_rings(mesh: DeformableMesh, rings: int) -> SurfaceNeighbourhood: ...
+    @staticmethod
+    def by_distance(mesh: DeformableMesh, distance: float) -> SurfaceNeighbourhood: ...
+    @staticmethod
+    def by_labels(
+        mesh: DeformableMesh, labels: _Array, label_rule: _Rule = "between"
+    ) -> SurfaceNeighbourhood: ...
+    def contains(self, first: int, second: int) -> bool: ...
+
+class Ignored:
+    def __init__(
+        self,
+        pairs: Union[_Array, FeaturePairs, None] = None,
+        *,
+        surface: Union[SurfaceNeighbourhood, None] = None,
+        neighbours: _Neighbours = "shared vertex",
+    ) -> None: ...
+
+_Ignored: TypeAlias = Union[_Array, FeaturePairs, SurfaceNeighbourhood, Ignored, None]
+
 def is_nearer(
     first: DeformableMesh,
     second: _Object,
     distance: float,
+    *,
     tf1: _Pose = None,
     tf2: _Pose = None,
-    *,
     solid: bool = False,
 ) -> bool: ...
-@overload
 def pairs_within(
     first: DeformableMesh,
     second: DeformableMesh,
     distance: float,
+    *,
     tf1: _Pose = None,
     tf2: _Pose = None,
-    *,
     enable_distances: bool = False,
     enable_nearest_points: bool = False,
-    ignored: Union[_Array, None] = None,
+    ignored: _Ignored = None,
 ) -> TrianglePairs: ...
-@overload
-def pairs_within(
+def self_pairs_within(
     mesh: DeformableMesh,
     distance: float,
     *,
     enable_distances: bool = False,
     enable_nearest_points: bool = False,
-    filter: _Filter = "shared vertex",
-    ignored: Union[_Array, None] = None,
-    labels: Union[_Array, None] = None,
-    label_rule: _Rule = "between",
+    ignored: _Ignored = None,
 ) -> TrianglePairs: ...
-@overload
 def feature_pairs_within(
     first: DeformableMesh,
     second: DeformableMesh,
     distance: float,
+    *,
     tf1: _Pose = None,
     tf2: _Pose = None,
-    *,
-    ignored: Union[FeaturePairs, None] = None,
+    ignored: _Ignored = None,
 ) -> FeaturePairs: ...
-@overload
-def feature_pairs_within(
+def self_feature_pairs_within(
     mesh: DeformableMesh,
     distance: float,
     *,
-    ignored: Union[FeaturePairs, None] = None,
-    labels: Union[_Array, None] = None,
-    label_rule: _Rule = "between",
+    ignored: _Ignored = None,
 ) -> FeaturePairs: ...
 
 class FeatureDetails:
@@ -426,29 +427,32 @@ class FeaturePairDetails:
     @property
     def edge_edge(self) -> FeatureDetails: ...
 
-@overload
 def feature_pair_details(
     first: DeformableMesh,
     second: DeformableMesh,
     pairs: FeaturePairs,
+    *,
     tf1: _Pose = None,
     tf2: _Pose = None,
 ) -> FeaturePairDetails: ...
-@overload
-def feature_pair_details(mesh: DeformableMesh, pairs: FeaturePairs) -> FeaturePairDetails: ...
-def clearance(
-    mesh: DeformableMesh,
-    other: DeformableMesh,
+def self_feature_pair_details(
+    mesh: DeformableMesh, pairs: FeaturePairs
+) -> FeaturePairDetails: ...
+def vertex_distances(
+    first: DeformableMesh,
+    second: DeformableMesh,
     limit: float = ...,
-    tf: _Pose = None,
-    other_tf: _Pose = None,
+    *,
+    tf1: _Pose = None,
+    tf2: _Pose = None,
 ) -> _Floats: ...
-def signed_clearance(
-    mesh: DeformableMesh,
-    other: DeformableMesh,
+def signed_vertex_distances(
+    first: DeformableMesh,
+    second: DeformableMesh,
     limit: float = ...,
-    tf: _Pose = None,
-    other_tf: _Pose = None,
+    *,
+    tf1: _Pose = None,
+    tf2: _Pose = None,
 ) -> _Floats: ...
 
 class ClosestPoint:
@@ -563,20 +567,23 @@ def signed_distance(
     first: DeformableMesh,
     second: _Object,
     tolerance: float,
+    *,
     tf1: _Pose = None,
     tf2: _Pose = None,
 ) -> SignedDistance: ...
 def vertex_contacts(
-    mesh: DeformableMesh,
-    other: _Object,
-    margin: float = 0.0,
-    tf: _Pose = None,
-    other_tf: _Pose = None,
+    first: DeformableMesh,
+    second: _Object,
+    distance: float = 0.0,
+    *,
+    tf1: _Pose = None,
+    tf2: _Pose = None,
 ) -> VertexContacts: ...
 def vertex_contacts_of_both(
     first: DeformableMesh,
     second: DeformableMesh,
-    margin: float = 0.0,
+    distance: float = 0.0,
+    *,
     tf1: _Pose = None,
     tf2: _Pose = None,
 ) -> Tuple[VertexContacts, VertexContacts]: ...
@@ -608,29 +615,31 @@ def distance_derivatives(
     second: DeformableMesh,
     pairs: FeaturePairs,
     details: FeaturePairDetails,
+    *,
     tf1: _Pose = None,
     tf2: _Pose = None,
 ) -> FeaturePairDerivatives: ...
 @overload
 def distance_derivatives(
-    mesh: DeformableMesh, pairs: FeaturePairs, details: FeaturePairDetails
-) -> FeaturePairDerivatives: ...
-@overload
-def distance_derivatives(
-    mesh: DeformableMesh,
-    other: _Object,
+    first: DeformableMesh,
+    second: _Object,
     contacts: VertexContacts,
-    tf: _Pose = None,
-    other_tf: _Pose = None,
+    *,
+    tf1: _Pose = None,
+    tf2: _Pose = None,
 ) -> DistanceDerivatives: ...
 @overload
 def distance_derivatives(
     first: DeformableMesh,
     second: DeformableMesh,
     nearest: DistanceResult,
+    *,
     tf1: _Pose = None,
     tf2: _Pose = None,
 ) -> DistanceDerivatives: ...
+def self_distance_derivatives(
+    mesh: DeformableMesh, pairs: FeaturePairs, details: FeaturePairDetails
+) -> FeaturePairDerivatives: ...
 def signed_distances(mesh: DeformableMesh, points: _Array) -> _Floats: ...
 def winding_numbers(mesh: DeformableMesh, points: _Array) -> _Floats: ...
 def is_watertight(mesh: DeformableMesh) -> bool: ...
@@ -640,7 +649,7 @@ class SceneCollisions:
     @property
     def bodies(self) -> _Longs: ...
     @property
-    def offsets(self) -> _Longs: ...
+    def begins(self) -> _Longs: ...
     @property
     def contacts(self) -> Contacts: ...
     def __len__(self) -> int: ...
@@ -649,7 +658,7 @@ class SceneTrianglePairs:
     @property
     def bodies(self) -> _Longs: ...
     @property
-    def offsets(self) -> _Longs: ...
+    def begins(self) -> _Longs: ...
     @property
     def found(self) -> TrianglePairs: ...
     def __len__(self) -> int: ...
@@ -658,7 +667,7 @@ class SceneFeaturePairs:
     @property
     def bodies(self) -> _Longs: ...
     @property
-    def offsets(self) -> _Longs: ...
+    def begins(self) -> _Longs: ...
     @property
     def found(self) -> FeaturePairs: ...
     def __len__(self) -> int: ...
@@ -667,7 +676,7 @@ class SceneVertexContacts:
     @property
     def bodies(self) -> _Longs: ...
     @property
-    def offsets(self) -> _Longs: ...
+    def begins(self) -> _Longs: ...
     @property
     def found(self) -> VertexContacts: ...
     def __len__(self) -> int: ...
@@ -680,7 +689,7 @@ class SceneDistance:
     @property
     def points(self) -> _Floats: ...
     @property
-    def triangles(self) -> _Ints: ...
+    def elements(self) -> _Ints: ...
 
 class ScenePoint:
     @property
@@ -690,13 +699,13 @@ class ScenePoint:
     @property
     def point(self) -> _Floats: ...
     @property
-    def triangle(self) -> int: ...
+    def element(self) -> int: ...
 
 class SceneRayHits:
     @property
     def bodies(self) -> _Longs: ...
     @property
-    def triangles(self) -> _Ints: ...
+    def elements(self) -> _Ints: ...
     @property
     def t(self) -> _Floats: ...
     @property
@@ -711,7 +720,7 @@ class SceneImpact:
     @property
     def impact(self) -> Impact: ...
     @property
-    def happens(self) -> bool: ...
+    def exists(self) -> bool: ...
 
 class BodyOptions:
     @property
@@ -726,7 +735,7 @@ class BodyOptions:
     def user(self) -> int: ...
 
 class Scene:
-    def __init__(self, dtype: npt.DTypeLike = "float64") -> None: ...
+    def __init__(self) -> None: ...
     def add(
         self,
         body: _Object,
@@ -769,7 +778,7 @@ class Scene:
     def begin_step(self) -> None: ...
     def update(self) -> None: ...
     def set_threads(self, threads: int) -> None: ...
-    def collisions(
+    def collide(
         self,
         *,
         contacts_per_pair: Union[int, None] = None,
@@ -784,7 +793,7 @@ class Scene:
         enable_nearest_points: bool = False,
     ) -> SceneTrianglePairs: ...
     def feature_pairs_within(self, distance: float) -> SceneFeaturePairs: ...
-    def vertex_contacts(self, margin: float = 0.0) -> SceneVertexContacts: ...
+    def vertex_contacts(self, distance: float = 0.0) -> SceneVertexContacts: ...
     def is_nearer(self, distance: float) -> bool: ...
     @overload
     def nearest(self, body: int) -> SceneDistance: ...
@@ -795,8 +804,8 @@ class Scene:
     def first_hit(
         self, origins: _Array, directions: _Array, *, begin: float = 0.0, end: float = ...
     ) -> SceneRayHits: ...
-    def earliest_impact(self, separation: float = 0.0) -> SceneImpact: ...
-    def largest_safe_step(self, separation: float = 0.0) -> float: ...
+    def earliest_impact(self, distance: float = 0.0) -> SceneImpact: ...
+    def largest_safe_step(self, distance: float = 0.0) -> float: ...
     def least_distance(
         self, body: int, tolerance: float, path: str = "straight"
     ) -> SceneClearance: ...
@@ -804,7 +813,7 @@ class Scene:
         self, body: int, k: int, tolerance: float, path: str = "straight"
     ) -> List[SceneClearance]: ...
     def intervals_below(
-        self, clearance: float, tolerance: float, path: str = "straight"
+        self, distance: float, tolerance: float, path: str = "straight"
     ) -> List[Tuple[int, int, _Floats]]: ...
 
 class ContactPatches:
@@ -843,7 +852,7 @@ class ContactRegions:
     def __len__(self) -> int: ...
 
 def contact_regions(
-    first: DeformableMesh, second: DeformableMesh, tf1: _Pose = None, tf2: _Pose = None
+    first: DeformableMesh, second: DeformableMesh, *, tf1: _Pose = None, tf2: _Pose = None
 ) -> ContactRegions: ...
 
 class ContactTracker:
@@ -871,7 +880,7 @@ class Impact:
     @property
     def pair(self) -> Tuple[int, int]: ...
     @property
-    def happens(self) -> bool: ...
+    def exists(self) -> bool: ...
 
 class ImpactTimes:
     @property
@@ -881,46 +890,32 @@ class ImpactTimes:
     @property
     def edge_edge(self) -> _Floats: ...
 
-@overload
-def candidates(first: Motion, second: Motion, separation: float = 0.0) -> FeaturePairs: ...
-@overload
-def candidates(motion: Motion, separation: float = 0.0) -> FeaturePairs: ...
-@overload
+def candidates(first: Motion, second: Motion, distance: float = 0.0) -> FeaturePairs: ...
+def self_candidates(mesh: Motion, distance: float = 0.0) -> FeaturePairs: ...
 def time_of_impact(
-    first: Motion, second: Motion, kind: _Kind, pair: _Array, separation: float = 0.0
+    first: Motion, second: Motion, kind: _Kind, pair: _Array, distance: float = 0.0
 ) -> float: ...
-@overload
-def time_of_impact(
-    motion: Motion, kind: _Kind, pair: _Array, separation: float = 0.0
+def self_time_of_impact(
+    mesh: Motion, kind: _Kind, pair: _Array, distance: float = 0.0
 ) -> float: ...
-@overload
 def times_of_impact(
-    first: Motion, second: Motion, pairs: FeaturePairs, separation: float = 0.0
+    first: Motion, second: Motion, pairs: FeaturePairs, distance: float = 0.0
 ) -> ImpactTimes: ...
-@overload
-def times_of_impact(
-    motion: Motion, pairs: FeaturePairs, separation: float = 0.0
+def self_times_of_impact(
+    mesh: Motion, pairs: FeaturePairs, distance: float = 0.0
 ) -> ImpactTimes: ...
-@overload
-def earliest_impact(first: Motion, second: Motion, separation: float = 0.0) -> Impact: ...
-@overload
-def earliest_impact(motion: Motion, separation: float = 0.0) -> Impact: ...
-@overload
-def largest_safe_step(first: Motion, second: Motion, separation: float = 0.0) -> float: ...
-@overload
-def largest_safe_step(motion: Motion, separation: float = 0.0) -> float: ...
-@overload
+def earliest_impact(first: Motion, second: Motion, distance: float = 0.0) -> Impact: ...
+def self_earliest_impact(mesh: Motion, distance: float = 0.0) -> Impact: ...
+def largest_safe_step(first: Motion, second: Motion, distance: float = 0.0) -> float: ...
+def self_largest_safe_step(mesh: Motion, distance: float = 0.0) -> float: ...
 def safe_displacements(
-    first: Motion, second: Motion, separation: float = 0.0
+    first: Motion, second: Motion, distance: float = 0.0
 ) -> Tuple[_Floats, _Floats]: ...
-@overload
-def safe_displacements(motion: Motion, separation: float = 0.0) -> _Floats: ...
-@overload
+def self_safe_displacements(mesh: Motion, distance: float = 0.0) -> _Floats: ...
 def truncate_motion(
-    first: Motion, second: Motion, separation: float = 0.0
+    first: Motion, second: Motion, distance: float = 0.0
 ) -> Tuple[_Floats, _Floats]: ...
-@overload
-def truncate_motion(motion: Motion, separation: float = 0.0) -> _Floats: ...
+def self_truncate_motion(mesh: Motion, distance: float = 0.0) -> _Floats: ...
 
 class TrustRegionReport:
     @property
@@ -935,7 +930,7 @@ class TrustRegion:
         self,
         mesh: DeformableMesh,
         radius: float,
-        separation: float = 0.0,
+        distance: float = 0.0,
         most_held: float = 0.01,
     ) -> None: ...
     def add_obstacle(self, obstacle: DeformableMesh, tf: _Pose = None) -> int: ...
@@ -968,38 +963,24 @@ class MotionClearance:
     @property
     def meets(self) -> bool: ...
 
-class SurfaceNeighbourhood:
-    def __init__(self, mesh: DeformableMesh) -> None: ...
-    @staticmethod
-    def by_rings(mesh: DeformableMesh, rings: int) -> SurfaceNeighbourhood: ...
-    @staticmethod
-    def by_distance(mesh: DeformableMesh, distance: float) -> SurfaceNeighbourhood: ...
-    @staticmethod
-    def by_labels(
-        mesh: DeformableMesh, labels: _Array, label_rule: str
-    ) -> SurfaceNeighbourhood: ...
-    def contains(self, first: int, second: int) -> bool: ...
-
 _Moving: TypeAlias = Union[Motion, BodyMotion, DeformableMesh]
 
 def least_distance(
     first: _Moving, second: _Moving, tolerance: float, limit: float = ...
 ) -> MotionClearance: ...
 def intervals_below(
-    first: _Moving, second: _Moving, clearance: float, tolerance: float
+    first: _Moving, second: _Moving, distance: float, tolerance: float
 ) -> _Floats: ...
-def least_self_distance(
+def self_least_distance(
     mesh: _Moving,
-    left_out: SurfaceNeighbourhood,
+    ignored: _Ignored,
     tolerance: float,
-    ignored: Union[_Array, None] = None,
 ) -> MotionClearance: ...
 def self_intervals_below(
     mesh: _Moving,
-    left_out: SurfaceNeighbourhood,
-    clearance: float,
+    ignored: _Ignored,
+    distance: float,
     tolerance: float,
-    ignored: Union[_Array, None] = None,
 ) -> _Floats: ...
 
 class SceneClearance:
@@ -1022,7 +1003,7 @@ class Recording:
         frames_per_second: float = 25.0,
         up: _Array = (0, 0, 1),
         time_unit: str = "s",
-        clearance_range: Union[_Array, None] = None,
+        vertex_distance_range: Union[_Array, None] = None,
     ) -> None: ...
     def add(
         self, body: Union[DeformableMesh, Shape, _HasMesh], tf: _Pose = None, *, name: str = ""
@@ -1039,7 +1020,7 @@ class Recording:
         update_ms: Union[float, None] = None,
         query_ms: Union[float, None] = None,
         nearest_points: Union[_Array, None] = None,
-        clearance: Union[Mapping[int, _Array], None] = None,
+        vertex_distances: Union[Mapping[int, _Array], None] = None,
         arrows: Union[Mapping[str, _Arrows], None] = None,
         segments: Union[Mapping[str, _Array], None] = None,
         patches: Union[Mapping[int, _Patches], None] = None,
@@ -1083,6 +1064,7 @@ __all__ = [
     "FeaturePairDetails",
     "FeaturePairs",
     "Halfspace",
+    "Ignored",
     "Impact",
     "ImpactTimes",
     "Mesh",
@@ -1116,7 +1098,6 @@ __all__ = [
     "VertexGradients",
     "any_hit",
     "candidates",
-    "clearance",
     "closest_features",
     "closest_point",
     "closest_points",
@@ -1133,23 +1114,35 @@ __all__ = [
     "is_watertight",
     "largest_safe_step",
     "least_distance",
-    "least_self_distance",
     "load_mesh",
     "open_edges",
     "pairs_within",
     "ray_hits",
     "safe_displacements",
+    "self_candidates",
     "self_collide",
+    "self_distance_derivatives",
+    "self_earliest_impact",
+    "self_feature_pair_details",
+    "self_feature_pairs_within",
     "self_intervals_below",
+    "self_largest_safe_step",
+    "self_least_distance",
+    "self_pairs_within",
+    "self_safe_displacements",
+    "self_time_of_impact",
+    "self_times_of_impact",
+    "self_truncate_motion",
     "shape_mesh",
-    "signed_clearance",
     "signed_distance",
     "signed_distances",
+    "signed_vertex_distances",
     "time_of_impact",
     "times_of_impact",
     "truncate_motion",
     "vertex_contacts",
     "vertex_contacts_of_both",
+    "vertex_distances",
     "weld_vertices",
     "winding_numbers",
 ]

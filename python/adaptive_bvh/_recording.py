@@ -154,18 +154,20 @@ class Recording(getattr(_core, "_Recording", _Missing)):
     __slots__ = ()
 
     def __init__(self, *, title="A run", unit="", frames_per_second=25.0, up=(0, 0, 1),
-                 time_unit="s", clearance_range=None):
+                 time_unit="s", vertex_distance_range=None):
         """title: of the page. unit: of lengths, shown after them, such as 'mm'.
         frames_per_second: at which the page plays. up: (3,), which way is up in the world.
-        time_unit: of frame(time=...). clearance_range: the clearances with the first and with the
-            last colour, (2,), which the page can change; None: the least and the largest of the
-            run.
+        time_unit: of frame(time=...). vertex_distance_range: the numbers of vertex_distances with
+            the first and with the last colour, (2,), which the page can change; None: the least and
+            the largest of the run.
         """
-        if clearance_range is not None:
-            clearance_range = _array(clearance_range, "clearance_range")
-            if clearance_range.shape != (2,):
-                raise ValueError(f"clearance_range has the shape {clearance_range.shape}; (2,) is needed")
-        super().__init__(title, unit, frames_per_second, up, time_unit, clearance_range)
+        ends = vertex_distance_range
+        if ends is not None:
+            ends = _array(ends, "vertex_distance_range")
+            if ends.shape != (2,):
+                shape = f"vertex_distance_range has the shape {ends.shape}"
+                raise ValueError(f"{shape}; (2,) is needed")
+        super().__init__(title, unit, frames_per_second, up, time_unit, ends)
 
     def add(self, body, tf=None, *, name=""):
         """Adds a body, placed by a pose, from the next frame on. Returns its number: 0, 1, ...
@@ -207,14 +209,14 @@ class Recording(getattr(_core, "_Recording", _Missing)):
         super().follow(scene, "body {}".format if name is None else name)
 
     def body_of(self, body):
-        """The number in this recording of a body of the followed scene, for `clearance` and
+        """The number in this recording of a body of the followed scene, for `vertex_distances` and
         `patches` of frame(). ValueError when no scene with such a body is followed.
         """
         return super().body_of(body)
 
     def frame(self, distance=None, contacts=None, *, update_ms=None, query_ms=None,
-              nearest_points=None, clearance=None, arrows=None, segments=None, patches=None,
-              series=None, time=None, note=""):
+              nearest_points=None, vertex_distances=None, arrows=None, segments=None,
+              patches=None, series=None, time=None, note=""):
         """Records the bodies as they are now, with what was computed. All arguments may be left
         out. Points and vectors are in the world, lengths in the bodies' unit.
 
@@ -225,7 +227,8 @@ class Recording(getattr(_core, "_Recording", _Missing)):
         update_ms, query_ms: what updates and queries of this frame took, milliseconds. The page
             shows these numbers, such as 1e3 * mesh.last_update.seconds.
         nearest_points: (K, 2, 3), more pairs of points that segments join.
-        clearance: a dict from a body's number to (N,) numbers, one a vertex, to be painted on it.
+        vertex_distances: a dict from a body's number to (N,) numbers, one a vertex, to be painted
+            on it: those of vertex_distances or signed_vertex_distances, or others.
         arrows: a dict from a label, such as 'contact force, N', to (origins, vectors) or (origins,
             vectors, scale), (K, 3) each. `scale` is the drawn length of a vector of length 1; 0, or
             none, draws the label's longest vector of the run as long as an eighth of the scene.
@@ -262,9 +265,9 @@ class Recording(getattr(_core, "_Recording", _Missing)):
             results.add_to_series(_label(label, "series"), _finite(number, f"series[{label!r}]"))
         if nearest_points is not None:
             results.add_nearest_points(_array(nearest_points, "nearest_points", 2, 3))
-        for body, values in _entries(clearance):
-            name = f"clearance[{body!r}]"
-            results.add_clearance(_body(body, "clearance"), _array(values, name))
+        for body, values in _entries(vertex_distances):
+            name = f"vertex_distances[{body!r}]"
+            results.add_vertex_distances(_body(body, "vertex_distances"), _array(values, name))
         for label, given in _entries(arrows):
             _add_arrows(results, label, given)
         for label, pairs in _entries(segments):

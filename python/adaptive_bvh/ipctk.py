@@ -99,9 +99,10 @@ class BroadPhase(ipctk.BroadPhase):
         if self._pairs is None:
             mesh, (positions, *_) = self._surface.mesh, self._built
             if len(positions) == 1:
-                self._pairs = _core.feature_pairs_within(mesh, self._distance())
+                self._pairs = _core.self_feature_pairs_within(mesh, self._distance())
             else:
-                self._pairs = _core.candidates(_core.Motion(mesh, *positions), self._distance())
+                motion = _core.Motion(mesh, *positions)
+                self._pairs = _core.self_candidates(motion, self._distance())
         return self._pairs
 
     def _handed_on(self, detect):
@@ -142,8 +143,9 @@ class BroadPhase(ipctk.BroadPhase):
         surface = self._surface
         if surface is None or len(self._built[0]) == 2:
             return self._handed_on("detect_edge_face_candidates")
-        near = _core.pairs_within(surface.mesh, self._distance()).triangles
-        met = _core.self_collide(surface.mesh, enable_contact=False, filter="beyond shared").pairs
+        near = _core.self_pairs_within(surface.mesh, self._distance()).triangles
+        beyond = _core.Ignored(neighbours="beyond shared")
+        met = _core.self_collide(surface.mesh, enable_contact=False, ignored=beyond).pairs
         meeting = np.concatenate([near, near[:, ::-1], met, met[:, ::-1]]).astype(np.int64)
         pairs = np.repeat(meeting, 3, axis=0)
         pairs[:, 0] = surface.numbers((3 * meeting[:, :1] + np.arange(3)).reshape(-1))

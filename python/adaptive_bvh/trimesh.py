@@ -128,14 +128,14 @@ class _Bodies:
 
     # ---- queries, of a scene that is up to date
 
-    def collisions(self, return_names, return_data):
+    def collide(self, return_names, return_data):
         """Whether any touch, pairs of names, contacts."""
         if not (return_names or return_data):
-            found = self.scene.collisions(
+            found = self.scene.collide(
                 contacts_per_pair=0, enable_contact=False, first_only=True
             )
             return len(found) > 0, [], []
-        found = self.scene.collisions(
+        found = self.scene.collide(
             contacts_per_pair=None if return_data else 0, enable_contact=return_data
         )
         pairs = [self.named(pair) for pair in found.bodies.tolist()]
@@ -143,7 +143,7 @@ class _Bodies:
 
     @staticmethod
     def _contacts(found, pairs):
-        names = [pair for pair, n in zip(pairs, np.diff(found.offsets)) for _ in range(n)]
+        names = [pair for pair, n in zip(pairs, np.diff(found.begins)) for _ in range(n)]
         of = found.contacts
         rows = zip(names, of.pairs.tolist(), of.normals, of.points, of.depths.tolist())
         return [ContactData(*row) for row in rows]
@@ -153,7 +153,7 @@ class _Bodies:
         found = self.scene.distance() if body is None else self.scene.nearest(body)
         if not np.isfinite(found.distance):
             return None, None
-        pair, triangles, points, least = found.bodies, found.triangles, found.points, found.distance
+        pair, triangles, points, least = found.bodies, found.elements, found.points, found.distance
         if least <= 0 and len(self._convex) > 1:
             deepest = self._deepest(body)
             if deepest is not None:
@@ -163,7 +163,7 @@ class _Bodies:
 
     def _deepest(self, body):
         """The deepest overlap of two convex bodies: their numbers, triangles, points, distance."""
-        found = self.scene.collisions(contacts_per_pair=1)
+        found = self.scene.collide(contacts_per_pair=1)
         contacts = found.contacts
         convex = (contacts.pairs == -1).all(axis=1)
         if body is not None:
@@ -176,7 +176,7 @@ class _Bodies:
         way = contacts.normals[i] * depth
         out = second.transform.copy()
         out[:3, 3] += way  # now they touch
-        meet = distance(first.geometry, second.geometry, first.transform, out).points
+        meet = distance(first.geometry, second.geometry, tf1=first.transform, tf2=out).points
         return bodies, (-1, -1), (meet[0], meet[1] - way), -depth
 
 
@@ -276,14 +276,14 @@ class CollisionManager:
         the mesh is "__external"."""
         hit, pairs, data = self._beside(
             {_EXTERNAL: _Object(mesh, transform)},
-            lambda bodies: bodies.collisions(return_names, return_data),
+            lambda bodies: bodies.collide(return_names, return_data),
         )
         return _answer(hit, {ours for ours, _ in pairs}, data, return_names, return_data)
 
     def in_collision_internal(self, return_names=False, return_data=False):
         """Whether any two objects meet; the set of pairs of names, each in alphabetical order; a
         list of ContactData."""
-        hit, pairs, data = self._current().collisions(return_names, return_data)
+        hit, pairs, data = self._current().collide(return_names, return_data)
         names = {tuple(sorted(pair)) for pair in pairs}
         return _answer(hit, names, data, return_names, return_data)
 
@@ -291,7 +291,7 @@ class CollisionManager:
         """Whether any object meets one of another manager; the set of pairs of names, this
         manager's first; a list of ContactData."""
         hit, pairs, data = self._beside(
-            other_manager._objects, lambda bodies: bodies.collisions(return_names, return_data)
+            other_manager._objects, lambda bodies: bodies.collide(return_names, return_data)
         )
         return _answer(hit, set(pairs), data, return_names, return_data)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 import adaptive_bvh as ab
 
-radius, width, margin, stiffness = 0.3, 0.12, 0.02, 1e6  # m, m, m, pressure per length in N/m^3
+radius, width, distance, stiffness = 0.3, 0.12, 0.02, 1e6  # m, m, m, pressure per length in N/m^3
 around, across = 72, 6
 
 # A ring around the y axis, of squares with two triangles each.
@@ -29,15 +29,16 @@ if len(sys.argv) > 1:
 
 for depth in (-0.01, 0.01, 0.03):
     ring.update(rest + [0, 0, radius - depth])
-    contacts = ab.vertex_contacts(ring, ground, margin)
-    force = -(stiffness * (margin - contacts.distances) * contacts.areas)[:, None] * contacts.normals
+    contacts = ab.vertex_contacts(ring, ground, distance)
+    size = stiffness * (distance - contacts.distances) * contacts.areas
+    force = -size[:, None] * contacts.normals
     print(f"distance {-depth:+.2f} m: {len(contacts)} vertices, {force[:, 2].sum():.1f} N upward")
     if recording:
         all_distances = ab.vertex_contacts(ring, ground, np.inf).distances  # of every vertex
         recording.frame(
-            clearance={0: np.clip(all_distances, -0.03, 0.03)},
+            vertex_distances={0: np.clip(all_distances, -0.03, 0.03)},
             arrows={"force on the ring, N": (contacts.positions, force),
                     "normal": (contacts.positions, contacts.normals, 0.05)},
-            note=f"{len(contacts)} vertices are nearer than {1e3 * margin:.0f} mm, or inside")
+            note=f"{len(contacts)} vertices are nearer than {1e3 * distance:.0f} mm, or inside")
 if recording:
     recording.write(sys.argv[1])

@@ -46,18 +46,18 @@ rest, faces = grid(24, 1.0)
 net = ab.DeformableMesh(rest, faces)
 radius, height = 0.15, 0.4
 ball = ab.Sphere(radius)
-found = ab.distance(net, ball, None, at(0, 0, height))
+found = ab.distance(net, ball, tf2=at(0, 0, height))
 low, high = found.points[:, 2]  # the nearest points
 print(f"1. distance {found.distance:.4f} m, between z = {low:.4f} and {high:.4f}")
 
 # ---- 2. Contact forces, and a page ---------------------------------------------------------------
-# vertex_contacts() returns the vertices that are nearer than `margin` to the ball or inside of it,
-# with distance, area, and the normal from the net to the ball: a penalty force is one line. The net
-# is a system of springs, its frame is fixed.
+# vertex_contacts() returns the vertices that are nearer than `distance` to the ball or inside of
+# it, with their distance, area, and the normal from the net to the ball: a penalty force is one
+# line. The net is a system of springs, its frame is fixed.
 edges = np.unique(np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
 lengths = np.linalg.norm(rest[edges[:, 0]] - rest[edges[:, 1]], axis=1)
 is_fixed = np.abs(rest[:, :2]).max(axis=1) > 0.499
-spring, stiffness, margin = 300.0, 5e5, 0.005  # N/m, pressure per length in N/m^3, m
+spring, stiffness, distance = 300.0, 5e5, 0.005  # N/m, pressure per length in N/m^3, m
 vertex_mass, ball_mass, gravity, damping, dt = 0.002, 0.5, 9.81, 6.0, 5e-4  # kg, m/s^2, 1/s, s
 
 recording = ab.Recording(title="A ball falls into a net", unit="m") if len(sys.argv) > 1 else None
@@ -68,8 +68,8 @@ if recording:
 x, v, speed = rest.copy(), 0 * rest, 0.0
 for step in range(6001):
     net.update(x)
-    contacts = ab.vertex_contacts(net, ball, margin, None, at(0, 0, height))
-    size = stiffness * (margin - contacts.distances) * contacts.areas
+    contacts = ab.vertex_contacts(net, ball, distance, tf2=at(0, 0, height))
+    size = stiffness * (distance - contacts.distances) * contacts.areas
     contact_force = size[:, None] * contacts.normals  # on the ball, N
     force = np.zeros_like(x)
     force[contacts.vertices] -= contact_force
@@ -104,7 +104,7 @@ post = ab.DeformableMesh(ball_mesh(6, 0.1))
 for i, corner in enumerate([(-0.6, -0.6, 0), (0.6, -0.6, 0), (0.6, 0.6, 0), (-0.56, 0.56, 0)]):
     bodies[scene.add(post, at(*corner))] = f"post {i}"  # several bodies may share a mesh
 scene.update()
-for a, b in scene.collisions().bodies:
+for a, b in scene.collide().bodies:
     print(f"3. touching: {bodies[a]} and {bodies[b]}")
 for near in scene.nearest(0, 3):
     print(f"3. {bodies[near.bodies[1]]} is {max(near.distance, 0):.4f} m from the net")

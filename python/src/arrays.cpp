@@ -121,10 +121,8 @@ py::array numbersFrom(const py::object& object, const char* name) {
   return array;
 }
 
-Rows::Rows(const py::object& object, const char* name, bool are_rounded) {
-  const py::array array = rowsOfThree(object, name);
-  numbers_ = converted<double>(are_rounded ? converted<float>(array) : array);
-}
+Rows::Rows(const py::object& object, const char* name)
+    : numbers_(converted<double>(rowsOfThree(object, name))) {}
 
 void Rows::repeat(std::size_t count) {
   if (size() != 1) return;

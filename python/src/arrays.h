@@ -34,9 +34,9 @@ py::array numbersFrom(const py::object& object, const char* name);
 /// An N x 3 array of float64 numbers: the points that its rows are.
 class Rows {
  public:
-  /// Of the object itself where it is such an array, else converted once; by way of float32 where
-  /// numbers are rounded to it. Throws py::type_error, and py::value_error on another shape.
-  Rows(const py::object& object, const char* name, bool are_rounded = false);
+  /// Of the object itself where it is such an array, else converted once. Throws py::type_error,
+  /// and py::value_error on another shape.
+  Rows(const py::object& object, const char* name);
 
   std::size_t size() const { return static_cast<std::size_t>(numbers_.shape(0)); }
   const fcl::Vector3d* begin() const {

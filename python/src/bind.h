@@ -13,8 +13,9 @@ void bindLockedMesh(pybind11::module_& module);      ///< DeformableMesh, MeshUp
 void bindQuery(pybind11::module_& module);           ///< distance, collide, self_collide
 void bindPairs(pybind11::module_& module);           ///< CoherentDistance, CoherentProximity
 void bindFeatures(pybind11::module_& module);        ///< FeaturePairs
+void bindIgnored(pybind11::module_& module);         ///< Ignored, SurfaceNeighbourhood
 void bindFeatureDetails(pybind11::module_& module);  ///< feature_pair_details
-void bindProximity(pybind11::module_& module);       ///< is_nearer, pairs_within, clearance, ...
+void bindProximity(pybind11::module_& module);       ///< is_nearer, pairs_within, ...
 void bindPoints(pybind11::module_& module);          ///< closest_point, closest_points, ...
 void bindRays(pybind11::module_& module);            ///< first_hit, any_hit, ray_hits
 void bindPenetration(pybind11::module_& module);     ///< vertex_contacts, signed_distance

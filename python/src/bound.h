@@ -33,13 +33,11 @@ constexpr bool kIsOneOf = (std::is_same_v<T, Types> || ...);
 template <typename T>
 constexpr bool kIsBound =
     std::is_base_of_v<Bound, T> ||
-    kIsOneOf<T, BodyOptions, ClosestPoint<double>, ContactPatches<double>, ContactRegions<double>,
-             DistanceDerivatives<double>, FeatureDetails<double>, FeaturePairDerivatives<double>,
-             FeaturePairDetails<double>, FeaturePairs, Impact, ImpactTimes, MeshUpdate,
-             MotionClearance, SceneClearance, SceneDistance<double>, SceneImpact,
-             ScenePoint<double>, SignedDistance<double>, TriangleMesh<double>,
-             TrianglePairs<double>, TrustRegionReport, VertexContacts<double>,
-             VertexGradients<double>>;
+    kIsOneOf<T, BodyOptions, ClosestPoint, ContactPatches, ContactRegions, DistanceDerivatives,
+             FeatureDetails, FeaturePairDerivatives, FeaturePairDetails, FeaturePairs, Impact,
+             ImpactTimes, MeshUpdate, MotionClearance, SceneClearance, SceneDistance, SceneImpact,
+             ScenePoint, SignedDistance, TriangleMesh, TrianglePairs, TrustRegionReport,
+             VertexContacts, VertexGradients>;
 
 /// Refuses what was not constructed.
 template <typename T>

@@ -8,7 +8,7 @@
 
 #include "adaptive_bvh/motion_clearance.h"
 #include "bind.h"
-#include "features.h"
+#include "ignored.h"
 #include "motions.h"
 #include "objects.h"
 #include "results.h"
@@ -34,31 +34,23 @@ limit: a length. Bodies that are at least so far apart at all times are not sear
     is the limit, and upper infinite.)";
 
 constexpr const char* kIntervalsBelow =
-    R"(The times at which two bodies are nearer than `clearance`: (K, 2) float64, begins and ends.
-Outside of these intervals the bodies are at least `clearance` apart; inside, at most `clearance` +
+    R"(The times at which two bodies are nearer than `distance`: (K, 2) float64, begins and ends.
+Outside of these intervals the bodies are at least `distance` apart; inside, at most `distance` +
 `tolerance`.
 
 first, second: Motion or BodyMotion.)";
 
-constexpr const char* kLeastSelfDistance =
+constexpr const char* kSelfLeastDistance =
     R"(The least distance of a mesh to itself, over its motion or as it is: a MotionClearance.
 
 mesh: Motion, BodyMotion of a mesh, or DeformableMesh.
-left_out: a SurfaceNeighbourhood of the mesh: pairs of triangles that do not count.
-tolerance: a length.
-ignored: further pairs of triangles to leave out, (M, 2) integers in any order, or None.)";
+ignored: a SurfaceNeighbourhood of the mesh, Ignored, (K, 2) integers in any order, or None: pairs of
+    triangles that do not count. Those with a common vertex never count.
+tolerance: a length.)";
 
 constexpr const char* kSelfIntervalsBelow =
-    R"(The times at which a mesh is nearer to itself than `clearance`: (K, 2) float64, as of
-intervals_below. Arguments as of least_self_distance.)";
-
-constexpr const char* kNeighbourhood =
-    R"(Pairs of triangles of one mesh that do not count, for least_self_distance. Triangles with a
-common vertex never count. For this mesh and its copies, at all positions.)";
-
-constexpr const char* kByDistance =
-    R"(The triangles at most `distance` away along the surface: by the shortest path along edges, at
-the present positions.)";
+    R"(The times at which a mesh is nearer to itself than `distance`: (K, 2) float64, as of
+intervals_below. Arguments as of self_least_distance.)";
 }  // namespace docs
 
 FramePath framePath(const std::string& name) {
@@ -97,10 +89,10 @@ class MovingObject : public Bound {
   /// The mesh, or null.
   const LockedMesh* mesh() const { return motion_ ? &motion_->mesh() : mesh_; }
   /// For the library, while the mesh is locked. Refers to this object.
-  BodyMotion<double> motion() const {
-    if (motion_) return BodyMotion<double>(motion_->motion(), path_);
-    if (mesh_) return BodyMotion<double>(mesh_->mesh(), poses_.tf1, poses_.tf2, path_);
-    return BodyMotion<double>(shape_->geometry(), poses_.tf1, poses_.tf2, path_);
+  BodyMotion motion() const {
+    if (motion_) return BodyMotion(motion_->motion(), path_);
+    if (mesh_) return BodyMotion(mesh_->mesh(), poses_.tf1, poses_.tf2, path_);
+    return BodyMotion(shape_->geometry(), poses_.tf1, poses_.tf2, path_);
   }
 
  private:
@@ -135,60 +127,31 @@ py::object rowsOf(const std::vector<MotionInterval>& intervals) {
   return adopt(std::move(rows));
 }
 
-py::object intervalsOf(const py::object& first, const py::object& second, double clearance,
+py::object intervalsOf(const py::object& first, const py::object& second, double distance,
                        double tolerance) {
   const MovingObject a = MovingObject::from(first), b = MovingObject::from(second);
   std::vector<MotionInterval> intervals;
-  withMeshes([&] { intervalsBelow(a.motion(), b.motion(), clearance, tolerance, intervals); },
+  withMeshes([&] { intervalsBelow(a.motion(), b.motion(), distance, tolerance, intervals); },
              {a.mesh(), b.mesh()});
   return rowsOf(intervals);
 }
 
-/// Python's SurfaceNeighbourhood.
-struct Neighbours : Bound {
-  explicit Neighbours(SurfaceNeighbourhood&& found) : pairs(std::move(found)) {}
-  SurfaceNeighbourhood pairs;
-};
-
-/// Pairs of triangles to leave out of a query of one mesh.
-struct LeftOut {
-  explicit LeftOut(const py::object& ignored) : list(ignoredFrom(ignored, "ignored", true)) {
-    if (!list.empty()) pairs.list = &list;
-  }
-  LeftOut(const LeftOut&) = delete;
-  LeftOut& operator=(const LeftOut&) = delete;
-
-  const std::vector<FeaturePair> list;
-  IgnoredPairs pairs;
-};
-
-MotionClearance leastSelfOf(const py::object& mesh, const Neighbours& left_out, double tolerance,
-                            const py::object& ignored) {
+MotionClearance selfLeastOf(const py::object& mesh, const py::object& ignored, double tolerance) {
   const MovingObject moving = MovingObject::from(mesh);
-  const LeftOut out(ignored);
-  return withMeshes(
-      [&] { return leastSelfDistance(moving.motion(), left_out.pairs, tolerance, out.pairs); },
-      {moving.mesh()});
+  const IgnoredArgument out(ignored, IgnoredArgument::Triangles, true);
+  return withMeshes([&] { return selfLeastDistance(moving.motion(), out.get(), tolerance); },
+                    {moving.mesh()});
 }
 
-py::object selfIntervalsOf(const py::object& mesh, const Neighbours& left_out, double clearance,
-                           double tolerance, const py::object& ignored) {
+py::object selfIntervalsOf(const py::object& mesh, const py::object& ignored, double distance,
+                           double tolerance) {
   const MovingObject moving = MovingObject::from(mesh);
-  const LeftOut out(ignored);
+  const IgnoredArgument out(ignored, IgnoredArgument::Triangles, true);
   std::vector<MotionInterval> intervals;
   withMeshes(
-      [&] {
-        selfIntervalsBelow(moving.motion(), left_out.pairs, clearance, tolerance, intervals,
-                           out.pairs);
-      },
+      [&] { selfIntervalsBelow(moving.motion(), out.get(), distance, tolerance, intervals); },
       {moving.mesh()});
   return rowsOf(intervals);
-}
-
-/// Makes a SurfaceNeighbourhood of a mesh by f(mesh).
-template <typename F>
-Neighbours neighboursBy(const LockedMesh& mesh, const F& f) {
-  return Neighbours(mesh.query([&](const Mesh& m) { return f(m); }));
 }
 
 void bindMotionClearance(py::module_& module) {
@@ -206,46 +169,6 @@ void bindMotionClearance(py::module_& module) {
   (*result).def_property_readonly("meets", &C::meet, "Whether the bodies meet.");
 }
 
-void bindNeighbourhood(py::module_& module) {
-  py::class_<Neighbours>(module, "SurfaceNeighbourhood", docs::kNeighbourhood)
-      .def(py::init([](const LockedMesh& mesh) {
-             return neighboursBy(mesh, [](const Mesh& m) { return SurfaceNeighbourhood(m); });
-           }),
-           "mesh"_a, "Only triangles with a common vertex.")
-      .def_static(
-          "by_rings",
-          [](const LockedMesh& mesh, unsigned rings) {
-            return neighboursBy(
-                mesh, [&](const Mesh& m) { return SurfaceNeighbourhood::byRings(m, rings); });
-          },
-          "mesh"_a, "rings"_a,
-          "The triangles within so many steps to a triangle with a common vertex.")
-      .def_static(
-          "by_distance",
-          [](const LockedMesh& mesh, double distance) {
-            return neighboursBy(
-                mesh, [&](const Mesh& m) { return SurfaceNeighbourhood::byDistance(m, distance); });
-          },
-          "mesh"_a, "distance"_a, docs::kByDistance)
-      .def_static(
-          "by_labels",
-          [](const LockedMesh& mesh, const py::object& labels, const std::string& label_rule) {
-            const Labels of_faces(labels, label_rule, mesh);
-            return neighboursBy(mesh, [&](const Mesh& m) {
-              return SurfaceNeighbourhood::byLabels(m, of_faces.labels(), of_faces.rule());
-            });
-          },
-          "mesh"_a, "labels"_a, "label_rule"_a,
-          "By a label for each triangle: 'between' lets pairs count whose labels differ, 'within' "
-          "those whose labels are equal.")
-      .def(
-          "contains",
-          [](const Neighbours& self, unsigned first, unsigned second) {
-            return self.pairs.contains(first, second);
-          },
-          "first"_a, "second"_a, "Whether two triangles do not count.");
-}
-
 }  // namespace
 
 void bindMotions(py::module_& module) {
@@ -253,15 +176,14 @@ void bindMotions(py::module_& module) {
       .def(py::init<const py::object&, const py::object&, const py::object&, const std::string&>(),
            "body"_a, "start_tf"_a = py::none(), "end_tf"_a = py::none(), "path"_a = "straight");
   bindMotionClearance(module);
-  bindNeighbourhood(module);
   module.def("least_distance", &leastOf, "first"_a, "second"_a, "tolerance"_a,
              "limit"_a = std::numeric_limits<double>::infinity(), docs::kLeastDistance);
-  module.def("intervals_below", &intervalsOf, "first"_a, "second"_a, "clearance"_a, "tolerance"_a,
+  module.def("intervals_below", &intervalsOf, "first"_a, "second"_a, "distance"_a, "tolerance"_a,
              docs::kIntervalsBelow);
-  module.def("least_self_distance", &leastSelfOf, "mesh"_a, "left_out"_a, "tolerance"_a,
-             "ignored"_a = py::none(), docs::kLeastSelfDistance);
-  module.def("self_intervals_below", &selfIntervalsOf, "mesh"_a, "left_out"_a, "clearance"_a,
-             "tolerance"_a, "ignored"_a = py::none(), docs::kSelfIntervalsBelow);
+  module.def("self_least_distance", &selfLeastOf, "mesh"_a, "ignored"_a, "tolerance"_a,
+             docs::kSelfLeastDistance);
+  module.def("self_intervals_below", &selfIntervalsOf, "mesh"_a, "ignored"_a, "distance"_a,
+             "tolerance"_a, docs::kSelfIntervalsBelow);
 }
 
 }  // namespace adaptive_bvh::python

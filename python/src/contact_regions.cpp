@@ -28,10 +28,9 @@ their order, and then one for each that has ended, by increasing id. `change` is
 "persisting", "split" (from the region `other`), "merged" (into the region `other`) or "gone".)";
 }  // namespace docs
 
-ContactPatches<double> checkedPatches(const ContactPatches<double>& patches,
-                                      const std::string& name) {
+ContactPatches checkedPatches(const ContactPatches& patches, const std::string& name) {
   constexpr std::size_t kLimit = std::numeric_limits<int>::max();
-  ContactPatches<double> copy;
+  ContactPatches copy;
   copy.triangles = patches.triangles;
   for (std::size_t i = 0; i < copy.triangles.size(); ++i)
     requireIndex(static_cast<std::int32_t>(copy.triangles[i]), kLimit,
@@ -45,9 +44,9 @@ ContactPatches<double> checkedPatches(const ContactPatches<double>& patches,
 
 namespace {
 
-ContactRegions<double> regionsOf(const LockedMesh& first, const LockedMesh& second,
-                                 const py::object& tf1, const py::object& tf2) {
-  return findPlaced<ContactRegions<double>>(
+ContactRegions regionsOf(const LockedMesh& first, const LockedMesh& second, const py::object& tf1,
+                         const py::object& tf2) {
+  return findPlaced<ContactRegions>(
       first, second, Poses(tf1, tf2),
       [](auto& regions, const auto&... placed) { contactRegions(placed..., regions); });
 }
@@ -56,9 +55,9 @@ ContactRegions<double> regionsOf(const LockedMesh& first, const LockedMesh& seco
 struct Tracker : Bound {
   ContactTracker tracker;
 
-  py::list track(const ContactRegions<double>& regions) {
+  py::list track(const ContactRegions& regions) {
     static constexpr const char* kNames[] = {"born", "persisting", "split", "merged", "gone"};
-    ContactRegions<double> checked;
+    ContactRegions checked;
     checked.volumes = regions.volumes;
     checked.first = checkedPatches(regions.first, "first");
     checked.second = checkedPatches(regions.second, "second");
@@ -71,7 +70,7 @@ struct Tracker : Bound {
 };
 
 void bindPatches(py::module_& module) {
-  using P = ContactPatches<double>;
+  using P = ContactPatches;
   ResultClass<P>(module, "ContactPatches",
                  "The part of one mesh's surface inside the other, region by region.")
       .attribute("areas", &P::areas, "(R,) float64.")
@@ -82,7 +81,7 @@ void bindPatches(py::module_& module) {
 }
 
 void bindRegions(py::module_& module) {
-  using R = ContactRegions<double>;
+  using R = ContactRegions;
   ResultClass<R>(module, "ContactRegions",
                  "Regions that two closed meshes share, by their smallest triangle. len() counts "
                  "them.")
@@ -112,8 +111,8 @@ void bindRegions(py::module_& module) {
 void bindContactRegions(py::module_& module) {
   bindPatches(module);
   bindRegions(module);
-  module.def("contact_regions", &regionsOf, "first"_a, "second"_a, "tf1"_a = py::none(),
-             "tf2"_a = py::none(), docs::kContactRegions);
+  module.def("contact_regions", &regionsOf, "first"_a, "second"_a, py::kw_only(),
+             "tf1"_a = py::none(), "tf2"_a = py::none(), docs::kContactRegions);
   py::class_<Tracker>(module, "ContactTracker", docs::kTracker)
       .def(py::init<>(), "Without regions.")
       .def("track", &Tracker::track, "regions"_a, docs::kTrack)

@@ -9,7 +9,7 @@
 
 #include "arrays.h"
 #include "bind.h"
-#include "features.h"
+#include "ignored.h"
 #include "locked_mesh.h"
 #include "locked_scene.h"
 #include "pose.h"
@@ -20,7 +20,8 @@ namespace adaptive_bvh::python {
 namespace docs {
 constexpr const char* kContactSet =
     R"(Near pairs that are kept from step to step: those of one mesh with itself, of two meshes, or of a
-Scene. After `update` they are the pairs that pairs_within or feature_pairs_within would find.
+Scene. After `update` they are the pairs that pairs_within or feature_pairs_within would find, of one
+mesh self_pairs_within or self_feature_pairs_within.
 
 Each pair has a number, which it keeps as long as it lives. Arrays of the caller are indexed by it:
 impulses, states of friction. An update costs what has changed. Keeps meshes and scene alive.
@@ -32,9 +33,7 @@ constexpr const char* kInitSelf =
 
 distance: largest distance of a pair, a length. ValueError when it is negative or NaN.
 elements: 'triangles', or 'features': pairs of a vertex and a face, and of two edges.
-filter: which neighbours are left out of pairs of triangles, as of pairs_within.
-ignored: pairs to leave out: (M, 2) integers of triangles, or FeaturePairs; or None.
-labels, label_rule: as of pairs_within and feature_pairs_within.)";
+ignored: what is left out, as of self_pairs_within and self_feature_pairs_within.)";
 
 constexpr const char* kInitPair = "The pairs of two meshes, likewise.";
 
@@ -103,72 +102,44 @@ ContactElements contactElements(const std::string& name) {
 }
 
 /// The library's request; and what it refers to while the set is made.
-class Request {
- public:
-  Request(double distance, const std::string& elements, const std::string& filter,
-          const py::object& ignored, bool is_self) {
-    request.distance = distance;
-    request.elements = contactElements(elements);
-    request.filter = neighbourFilter(filter);
-    if (ignored.is_none()) return;
-    if (request.elements == ContactElements::Triangles) {
-      triangles_ = ignoredFrom(ignored, "ignored", is_self);
-      request.triangles.list = &triangles_;
-      return;
-    }
-    if (!py::isinstance<FeaturePairs>(ignored))
-      throw py::type_error("ignored of features is not FeaturePairs");
-    features_ = ignored.cast<const FeaturePairs&>();
-    sortIgnored(features_.vertex_face);
-    sortIgnored(features_.face_vertex);
-    sortIgnored(features_.edge_edge, is_self);
-    request.vertex_face.list = &features_.vertex_face;
-    request.face_vertex.list = &features_.face_vertex;
-    request.edge_edge.list = &features_.edge_edge;
-  }
-  Request(const Request&) = delete;
-  Request& operator=(const Request&) = delete;
+struct Request {
+  Request(double distance, const std::string& elements, const py::object& given, bool is_self)
+      : of(contactElements(elements)),
+        ignored(given,
+                of == ContactElements::Triangles ? IgnoredArgument::Triangles
+                                                 : IgnoredArgument::Features,
+                is_self),
+        request{distance, of, ignored.get()} {}
 
-  ContactSetRequest<double> request;
-
- private:
-  std::vector<FeaturePair> triangles_;
-  FeaturePairs features_;
+  const ContactElements of;
+  const IgnoredArgument ignored;
+  const ContactSetRequest request;
 };
 
 /// Python's ContactSet: a set of the library, and what keeps alive what it refers to.
 class PySet : public Bound {
  public:
   PySet(const LockedMesh& mesh, double distance, const std::string& elements,
-        const std::string& filter, const py::object& ignored, const py::object& labels,
-        const std::string& label_rule)
-      : first_(mesh.shared_from_this()),
-        labels_(std::make_unique<Labels>(labels, label_rule, mesh)) {
-    Request asked(distance, elements, filter, ignored, true);
-    ContactSetRequest<double>& request = asked.request;
-    elements_ = request.elements;
-    if (!labels.is_none()) {
-      request.triangles.test = labels_->triangles({}).test;
-      const IgnoredFeatures ignored_features = labels_->features(mesh.mesh().triangles());
-      request.vertex_face.test = ignored_features.vertex_face.test;
-      request.edge_edge.test = ignored_features.edge_edge.test;
-    }
-    mesh.query([&](const Mesh& m) { set_.emplace(m, request); });
+        const py::object& ignored)
+      : first_(mesh.shared_from_this()) {
+    const Request asked(distance, elements, ignored, true);
+    elements_ = asked.of;
+    mesh.query([&](const Mesh& m) { set_.emplace(m, asked.request); });
   }
   PySet(const LockedMesh& first, const LockedMesh& second, double distance,
         const std::string& elements, const py::object& ignored)
       : first_(first.shared_from_this()), second_(second.shared_from_this()) {
-    const Request asked(distance, elements, "none", ignored, false);
-    elements_ = asked.request.elements;
+    const Request asked(distance, elements, ignored, false);
+    elements_ = asked.of;
     queryPair(first, second,
               [&](const Mesh& a, const Mesh& b) { set_.emplace(a, b, asked.request); });
   }
   PySet(const LockedScene& scene, double distance, const std::string& elements,
         const py::object& ignored)
       : scene_(&scene) {
-    const Request asked(distance, elements, "shared vertex", ignored, true);
-    elements_ = asked.request.elements;
-    scene.query([&](const Scene3& s) { set_.emplace(s, asked.request); });
+    const Request asked(distance, elements, ignored, true);
+    elements_ = asked.of;
+    scene.query([&](const Scene& s) { set_.emplace(s, asked.request); });
   }
 
   /// Returns f(set), without the GIL, with the locks of a query.
@@ -205,21 +176,20 @@ class PySet : public Bound {
  private:
   std::shared_ptr<const LockedMesh> first_, second_;
   const LockedScene* scene_ = nullptr;  ///< kept alive by pybind11
-  std::unique_ptr<Labels> labels_;      ///< the request's functions refer to them
   ContactElements elements_ = ContactElements::Triangles;
   std::mutex mutex_;
-  std::optional<ContactSet<double>> set_;  ///< always there
+  std::optional<ContactSet> set_;  ///< always there
 };
 
 Numbered numbered(PySet& self, const std::optional<FeatureKind>& kind) {
   self.require(kind ? ContactElements::Features : ContactElements::Triangles);
-  return self.change([&](const ContactSet<double>& set) {
+  return self.change([&](const ContactSet& set) {
     return Numbered(kind ? set.features(*kind) : set.triangles());
   });
 }
 
-FeatureDetails<double> details(PySet& self, const py::object& numbers,
-                               const std::optional<std::string>& kind) {
+FeatureDetails details(PySet& self, const py::object& numbers,
+                       const std::optional<std::string>& kind) {
   constexpr std::size_t kLimit = std::size_t(1) << 31;
   std::optional<FeatureKind> of;
   if (kind) of = featureKind(*kind);
@@ -227,8 +197,8 @@ FeatureDetails<double> details(PySet& self, const py::object& numbers,
   std::vector<unsigned> given;
   const bool is_all = numbers.is_none();
   if (!is_all) given = indicesFrom(numbers, kLimit, "numbers", "numbers at most");
-  FeatureDetails<double> result;
-  const bool exist = self.change([&](const ContactSet<double>& set) {
+  FeatureDetails result;
+  const bool exist = self.change([&](const ContactSet& set) {
     const NumberedPairs& list = of ? set.features(*of) : set.triangles();
     if (is_all) list.list(given);
     for (const unsigned number : given)
@@ -243,7 +213,7 @@ FeatureDetails<double> details(PySet& self, const py::object& numbers,
 Contacts contacts(PySet& self, bool enable_contact) {
   self.require(ContactElements::Triangles);
   fcl::CollisionResultd result;
-  self.change([&](const ContactSet<double>& set) {
+  self.change([&](const ContactSet& set) {
     return set.contacts(
         fcl::CollisionRequestd(std::numeric_limits<std::size_t>::max(), enable_contact), result);
   });
@@ -254,7 +224,7 @@ Contacts contacts(PySet& self, bool enable_contact) {
 
 Renumbered compact(PySet& self) {
   Renumbered result;
-  self.change([&](ContactSet<double>& set) { set.compact(result.to); });
+  self.change([&](ContactSet& set) { set.compact(result.to); });
   return result;
 }
 
@@ -294,11 +264,9 @@ void bindNumbers(py::module_& module) {
 void bindContactSet(py::module_& module) {
   bindNumbers(module);
   py::class_<PySet> set(module, "ContactSet", docs::kContactSet);
-  set.def(py::init<const LockedMesh&, double, const std::string&, const std::string&,
-                   const py::object&, const py::object&, const std::string&>(),
-          "mesh"_a, "distance"_a, py::kw_only(), "elements"_a = "triangles",
-          "filter"_a = "shared vertex", "ignored"_a = py::none(), "labels"_a = py::none(),
-          "label_rule"_a = "between", docs::kInitSelf)
+  set.def(py::init<const LockedMesh&, double, const std::string&, const py::object&>(), "mesh"_a,
+          "distance"_a, py::kw_only(), "elements"_a = "triangles", "ignored"_a = py::none(),
+          docs::kInitSelf)
       .def(py::init<const LockedMesh&, const LockedMesh&, double, const std::string&,
                     const py::object&>(),
            "first"_a, "second"_a, "distance"_a, py::kw_only(), "elements"_a = "triangles",
@@ -308,9 +276,7 @@ void bindContactSet(py::module_& module) {
            py::keep_alive<1, 2>(), docs::kInitScene)
       .def("update", &PySet::update, "tf1"_a = py::none(), "tf2"_a = py::none(), docs::kUpdateSet)
       .def("__len__",
-           [](PySet& self) {
-             return self.change([](const ContactSet<double>& s) { return s.size(); });
-           })
+           [](PySet& self) { return self.change([](const ContactSet& s) { return s.size(); }); })
       .def("compact", &compact, docs::kCompact)
       .def("details", &details, "numbers"_a = py::none(), "kind"_a = py::none(),
            docs::kDetailsOfSet)
@@ -319,7 +285,7 @@ void bindContactSet(py::module_& module) {
     set.def_property_readonly(
         name,
         [of](PySet& self) {
-          return self.change([of](const ContactSet<double>& s) { return s.work().*of; });
+          return self.change([of](const ContactSet& s) { return s.work().*of; });
         },
         doc);
   };

@@ -10,7 +10,7 @@
 #include "results.h"
 
 namespace adaptive_bvh::python {
-// `separation` is a length, the distance below which features have come together.
+// `distance` is a length: features that are so near have come together.
 namespace docs {
 constexpr const char* kMotion =
     R"(How a mesh moves between two frames: every vertex on a straight line in the world, from its
@@ -23,48 +23,49 @@ start, end: (num_vertices, 3), in the mesh's frame. Without `start`, the positio
 start_tf, end_tf: poses that place the mesh in the world at both times.)";
 
 constexpr const char* kCandidates =
-    R"(All pairs of features that may come as near as `separation`, a length: others cannot.
+    R"(All pairs of features that may come as near as `distance`, a length: others cannot.
 
-first, second: Motions. Returns FeaturePairs. ValueError when the separation is negative, infinite or
+first, second: Motions. Returns FeaturePairs. ValueError when the distance is negative, infinite or
 NaN; likewise of all that take one.)";
 
-constexpr const char* kWithinOne = "As above, of one Motion with itself.";
+constexpr const char* kWithinOne = "As the function without self_, of one Motion with itself.";
 
 constexpr const char* kTimeOfImpact =
     R"(When two features come together: 0 to 1, never too late, or infinity when they do not.
 
 kind: 'vertex-face', 'face-vertex' or 'edge-edge', the first mesh's feature first.
 pair: their two numbers, as in FeaturePairs.
-separation: a length; so near they have come together.)";
+distance: a length; so near they have come together.)";
 
 constexpr const char* kTimesOfImpact =
     R"(When the features of each of `pairs`, FeaturePairs, come together. Returns ImpactTimes.
 
-separation: a length; so near they have come together.)";
+distance: a length; so near they have come together.)";
 
 constexpr const char* kEarliestImpact =
     R"(The first two features that come together, and when: an Impact. Needs no candidates.
 
 first, second: Motions.
-separation: a length; so near they have come together.)";
+distance: a length; so near they have come together.)";
 
 constexpr const char* kLargestSafeStep =
     R"(The time up to which nothing comes together, 0 to 1: at every earlier time all features are
-farther apart than `separation`, a length.
+farther apart than `distance`, a length.
 
 first, second: Motions.)";
 
 constexpr const char* kSafeDisplacements =
     R"(How far each vertex may move from its start, in any direction and whatever the others do within
-theirs, so that no features come as near as `separation`, a length.
+theirs, so that no features come as near as `distance`, a length.
 
 first, second: Motions. Returns two arrays of lengths, (num_vertices,) float64 of each.)";
 
-constexpr const char* kWithinOneMesh = "As above, of one Motion with itself. Returns one array.";
+constexpr const char* kWithinOneMesh =
+    "As the function without self_, of one Motion with itself. Returns one array.";
 
 constexpr const char* kTruncateMotion =
     R"(The share of its way, from 0 to 1, that each vertex may go: while every vertex is between
-start and start + share * (end - start), no features come as near as `separation`, a length, in
+start and start + share * (end - start), no features come as near as `distance`, a length, in
 whatever order and at whatever speed the vertices move. A fixed plane between each two near features
 proves it. Features that are as near at the start come no nearer; features that touch do not move.
 
@@ -122,7 +123,7 @@ void bindMotion(py::module_& module) {
                  "'vertex-face', 'face-vertex' or 'edge-edge': the first mesh's feature first.")
       .attribute("pair", &pairOf,
                  "The numbers of the two features, as in FeaturePairs; -1 of a shape.");
-  (*impact).def_property_readonly("happens", &Impact::happens, "Whether anything comes together.");
+  (*impact).def_property_readonly("exists", &Impact::exists, "Whether anything comes together.");
   ResultClass<ImpactTimes>(module, "ImpactTimes",
                            "A time for each of some FeaturePairs: 0 to 1, or infinity where they "
                            "do not come together.")
@@ -131,22 +132,43 @@ void bindMotion(py::module_& module) {
       .attribute("edge_edge", &ImpactTimes::edge_edge, "(K,) float64.");
 }
 
-/// Defines a function of two motions, and of one with itself. Both return
-/// query(others..., separation, motions...). `names` are those of the others.
+// The library's queries of one motion with itself, by the names of those of two.
+void candidates(const Motion& mesh, double distance, FeaturePairs& pairs) {
+  selfCandidates(mesh, distance, pairs);
+}
+double timeOfImpact(const Motion& mesh, FeatureKind kind, const FeaturePair& pair,
+                    double distance) {
+  return selfTimeOfImpact(mesh, kind, pair, distance);
+}
+void timesOfImpact(const Motion& mesh, const FeaturePairs& pairs, double distance,
+                   ImpactTimes& times) {
+  selfTimesOfImpact(mesh, pairs, distance, times);
+}
+Impact earliestImpact(const Motion& mesh, double distance) {
+  return selfEarliestImpact(mesh, distance);
+}
+void safeDisplacements(const Motion& mesh, double distance, std::vector<double>& of_vertices) {
+  selfSafeDisplacements(mesh, distance, of_vertices);
+}
+void truncateMotion(const Motion& mesh, double distance, std::vector<double>& shares) {
+  selfTruncateMotion(mesh, distance, shares);
+}
+
+/// Defines a function of two motions, and with the prefix self_ one of a motion with itself. Both
+/// return query(others..., distance, motions...). `names` are those of the others.
 template <typename... Others, typename Query, typename... Names>
-void define(py::module_& module, const char* name, const Query& query, const char* doc,
+void define(py::module_& module, const std::string& name, const Query& query, const char* doc,
             const char* doc_within_one, const Names&... names) {
   module.def(
-      name,
+      name.c_str(),
       [query](const MeshMotion& first, const MeshMotion& second, const Others&... others,
-              double separation) { return query(others..., separation, first, second); },
-      "first"_a, "second"_a, names..., "separation"_a = 0.0, doc);
-  module.def(
-      name,
-      [query](const MeshMotion& motion, const Others&... others, double separation) {
-        return query(others..., separation, motion);
-      },
-      "motion"_a, names..., "separation"_a = 0.0, doc_within_one);
+              double distance) { return query(others..., distance, first, second); },
+      "first"_a, "second"_a, names..., "distance"_a = 0.0, doc);
+  module.def(("self_" + name).c_str(),
+             [query](const MeshMotion& mesh, const Others&... others, double distance) {
+               return query(others..., distance, mesh);
+             },
+             "mesh"_a, names..., "distance"_a = 0.0, doc_within_one);
 }
 
 /// The meshes of a motion, or of two: which has the first feature of a pair, and which the second.
@@ -156,29 +178,28 @@ const LockedMesh& secondMesh(const MeshMotion& only) { return only.mesh(); }
 const LockedMesh& secondMesh(const MeshMotion&, const MeshMotion& second) { return second.mesh(); }
 
 void bindCandidates(py::module_& module) {
-  const auto query = [](double separation, const auto&... motions) {
+  const auto query = [](double distance, const auto&... motions) {
     FeaturePairs pairs;
-    queryMotions([&](const auto&... m) { candidates(m..., separation, pairs); }, motions...);
+    queryMotions([&](const auto&... m) { candidates(m..., distance, pairs); }, motions...);
     return pairs;
   };
   define(module, "candidates", query, docs::kCandidates, docs::kWithinOne);
 }
 
 void bindTimesOfImpact(py::module_& module) {
-  const auto time = [](const std::string& name, const py::object& pair, double separation,
+  const auto time = [](const std::string& name, const py::object& pair, double distance,
                        const auto&... motions) {
     const FeatureKind kind = kindFrom(name);
     const FeaturePair two = pairFrom(kind, pair, firstMesh(motions...), secondMesh(motions...));
-    return queryMotions([&](const auto&... m) { return timeOfImpact(m..., kind, two, separation); },
+    return queryMotions([&](const auto&... m) { return timeOfImpact(m..., kind, two, distance); },
                         motions...);
   };
   define<std::string, py::object>(module, "time_of_impact", time, docs::kTimeOfImpact,
                                   docs::kWithinOne, "kind"_a, "pair"_a);
-  const auto times = [](const FeaturePairs& pairs, double separation, const auto&... motions) {
+  const auto times = [](const FeaturePairs& pairs, double distance, const auto&... motions) {
     const FeaturePairs all = checkedPairs(pairs, firstMesh(motions...), secondMesh(motions...));
     ImpactTimes result;
-    queryMotions([&](const auto&... m) { timesOfImpact(m..., all, separation, result); },
-                 motions...);
+    queryMotions([&](const auto&... m) { timesOfImpact(m..., all, distance, result); }, motions...);
     return result;
   };
   define<FeaturePairs>(module, "times_of_impact", times, docs::kTimesOfImpact, docs::kWithinOne,
@@ -186,42 +207,42 @@ void bindTimesOfImpact(py::module_& module) {
 }
 
 void bindEarliestImpact(py::module_& module) {
-  const auto query = [](double separation, const auto&... motions) {
-    return queryMotions([&](const auto&... m) { return earliestImpact(m..., separation); },
+  const auto query = [](double distance, const auto&... motions) {
+    return queryMotions([&](const auto&... m) { return earliestImpact(m..., distance); },
                         motions...);
   };
   define(module, "earliest_impact", query, docs::kEarliestImpact, docs::kWithinOne);
-  const auto safe_step = [query](double separation, const auto&... motions) {
-    return std::min(query(separation, motions...).time, 1.0);
+  const auto safe_step = [query](double distance, const auto&... motions) {
+    return std::min(query(distance, motions...).time, 1.0);
   };
   define(module, "largest_safe_step", safe_step, docs::kLargestSafeStep, docs::kWithinOne);
 }
 
-/// A number for each vertex, by query(motion, separation, numbers); and of two motions.
+/// A number for each vertex, by query(motion, distance, numbers); and of two motions.
 template <typename Query>
-py::object numbersOf(const Query& query, double separation, const MeshMotion& motion) {
+py::object numbersOf(const Query& query, double distance, const MeshMotion& motion) {
   std::vector<double> numbers;
-  queryMotions([&](const auto& m) { query(m, separation, numbers); }, motion);
+  queryMotions([&](const auto& m) { query(m, distance, numbers); }, motion);
   return adopt(std::move(numbers));
 }
 template <typename Query>
-py::object numbersOf(const Query& query, double separation, const MeshMotion& first,
+py::object numbersOf(const Query& query, double distance, const MeshMotion& first,
                      const MeshMotion& second) {
   std::vector<double> of_first, of_second;
-  queryMotions([&](const auto& a, const auto& b) { query(a, b, separation, of_first, of_second); },
+  queryMotions([&](const auto& a, const auto& b) { query(a, b, distance, of_first, of_second); },
                first, second);
   return py::make_tuple(adopt(std::move(of_first)), adopt(std::move(of_second)));
 }
 
 void bindLimitsOfVertices(py::module_& module) {
-  const auto displacements = [](double separation, const auto&... motions) {
-    return numbersOf([](auto&&... arguments) { safeDisplacements(arguments...); }, separation,
+  const auto displacements = [](double distance, const auto&... motions) {
+    return numbersOf([](auto&&... arguments) { safeDisplacements(arguments...); }, distance,
                      motions...);
   };
   define(module, "safe_displacements", displacements, docs::kSafeDisplacements,
          docs::kWithinOneMesh);
-  const auto shares = [](double separation, const auto&... motions) {
-    return numbersOf([](auto&&... arguments) { truncateMotion(arguments...); }, separation,
+  const auto shares = [](double distance, const auto&... motions) {
+    return numbersOf([](auto&&... arguments) { truncateMotion(arguments...); }, distance,
                      motions...);
   };
   define(module, "truncate_motion", shares, docs::kTruncateMotion, docs::kWithinOneMesh);

@@ -18,12 +18,13 @@ Where several pairs of points are nearest, the gradients are those of the pair t
 Where the features touch, they are those of the gap along details.normals.)";
 
 constexpr const char* kOfPairsSelf =
-    R"(As above, of one mesh with itself: `first` and `second` are both by vertices of this mesh.)";
+    R"(As distance_derivatives of pairs, of one mesh with itself: `first` and `second` are both by
+vertices of this mesh. details: what self_feature_pair_details returns.)";
 
 constexpr const char* kOfContacts =
     R"(Derivatives of the signed distances of vertex_contacts by the vertices of both meshes.
 
-other: a DeformableMesh, or a shape: then `second` is empty.
+second: a DeformableMesh, or a shape: then `second` of the result is empty.
 contacts: what vertex_contacts returns for these bodies and poses. Returns DistanceDerivatives.)";
 
 constexpr const char* kOfMeshes =
@@ -35,8 +36,8 @@ nearest: what distance or CoherentDistance returns for these meshes and poses; o
 
 namespace {
 
-using Gradients = VertexGradients<double>;
-using Derivatives = DistanceDerivatives<double>;
+using Gradients = VertexGradients;
+using Derivatives = DistanceDerivatives;
 
 /// An array with a row for each distance that shares the memory of `entries`, which are in `owner`.
 template <typename T>
@@ -49,29 +50,27 @@ py::array_t<typename Row<T>::Number> rowsOf(const Gradients& owner, const std::v
                              py::cast(owner));
 }
 
-FeaturePairDerivatives<double> ofPairs(const LockedMesh& first, const LockedMesh& second,
-                                       const FeaturePairs& pairs,
-                                       const FeaturePairDetails<double>& details,
-                                       const py::object& tf1, const py::object& tf2) {
+FeaturePairDerivatives ofPairs(const LockedMesh& first, const LockedMesh& second,
+                               const FeaturePairs& pairs, const FeaturePairDetails& details,
+                               const py::object& tf1, const py::object& tf2) {
   const FeaturePairs all = checkedPairs(pairs, first, second);
-  return findPlaced<FeaturePairDerivatives<double>>(
-      first, second, Poses(tf1, tf2), [&](auto& result, const auto&... placed) {
-        distanceDerivatives(placed..., all, details, result);
-      });
+  return findPlaced<FeaturePairDerivatives>(first, second, Poses(tf1, tf2),
+                                            [&](auto& result, const auto&... placed) {
+                                              distanceDerivatives(placed..., all, details, result);
+                                            });
 }
 
-FeaturePairDerivatives<double> ofPairsSelf(const LockedMesh& mesh, const FeaturePairs& pairs,
-                                           const FeaturePairDetails<double>& details) {
+FeaturePairDerivatives ofPairsSelf(const LockedMesh& mesh, const FeaturePairs& pairs,
+                                   const FeaturePairDetails& details) {
   const FeaturePairs all = checkedPairs(pairs, mesh, mesh);
-  return find<FeaturePairDerivatives<double>>(
-      mesh, [&](auto& result, const Mesh& m) { distanceDerivatives(m, all, details, result); });
+  return find<FeaturePairDerivatives>(
+      mesh, [&](auto& result, const Mesh& m) { selfDistanceDerivatives(m, all, details, result); });
 }
 
 template <typename Other>
-Derivatives ofContacts(const LockedMesh& mesh, const Other& other,
-                       const VertexContacts<double>& contacts, const py::object& tf,
-                       const py::object& other_tf) {
-  return findPlaced<Derivatives>(mesh, other, Poses(tf, other_tf, "tf", "other_tf"),
+Derivatives ofContacts(const LockedMesh& first, const Other& second, const VertexContacts& contacts,
+                       const py::object& tf1, const py::object& tf2) {
+  return findPlaced<Derivatives>(first, second, Poses(tf1, tf2),
                                  [&](auto& result, const auto&... placed) {
                                    distanceDerivatives(placed..., contacts, result);
                                  });
@@ -105,7 +104,7 @@ void bindDerivativeResults(py::module_& module) {
   ResultClass<Derivatives>(module, "DistanceDerivatives", "Derivatives of distances of one kind.")
       .attribute("first", &Derivatives::first, "VertexGradients, by vertices of the first mesh.")
       .attribute("second", &Derivatives::second, "VertexGradients, of the second.");
-  using P = FeaturePairDerivatives<double>;
+  using P = FeaturePairDerivatives;
   ResultClass<P>(module, "FeaturePairDerivatives",
                  "Of the distances of FeaturePairs, kind by kind in their order.")
       .attribute("vertex_face", &P::vertex_face, "DistanceDerivatives.")
@@ -117,16 +116,16 @@ void bindDerivativeResults(py::module_& module) {
 
 void bindDerivatives(py::module_& module) {
   bindDerivativeResults(module);
-  const char* name = "distance_derivatives";
-  module.def(name, &ofPairs, "first"_a, "second"_a, "pairs"_a, "details"_a, "tf1"_a = py::none(),
-             "tf2"_a = py::none(), docs::kOfPairs);
-  module.def(name, &ofPairsSelf, "mesh"_a, "pairs"_a, "details"_a, docs::kOfPairsSelf);
-  module.def(name, &ofContacts<LockedMesh>, "mesh"_a, "other"_a, "contacts"_a, "tf"_a = py::none(),
-             "other_tf"_a = py::none(), docs::kOfContacts);
-  module.def(name, &ofContacts<Shape>, "mesh"_a, "other"_a, "contacts"_a, "tf"_a = py::none(),
-             "other_tf"_a = py::none(), docs::kOfContacts);
-  module.def(name, &ofMeshes, "first"_a, "second"_a, "nearest"_a, "tf1"_a = py::none(),
-             "tf2"_a = py::none(), docs::kOfMeshes);
+  const auto define = [&](auto function, const char* doc, const auto&... names) {
+    module.def("distance_derivatives", function, "first"_a, "second"_a, names..., py::kw_only(),
+               "tf1"_a = py::none(), "tf2"_a = py::none(), doc);
+  };
+  define(&ofPairs, docs::kOfPairs, "pairs"_a, "details"_a);
+  define(&ofContacts<LockedMesh>, docs::kOfContacts, "contacts"_a);
+  define(&ofContacts<Shape>, docs::kOfContacts, "contacts"_a);
+  define(&ofMeshes, docs::kOfMeshes, "nearest"_a);
+  module.def("self_distance_derivatives", &ofPairsSelf, "mesh"_a, "pairs"_a, "details"_a,
+             docs::kOfPairsSelf);
 }
 
 }  // namespace adaptive_bvh::python

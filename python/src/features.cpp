@@ -1,7 +1,6 @@
 #include "features.h"
 
-#include <algorithm>
-
+#include "arrays.h"
 #include "bind.h"
 #include "results.h"
 
@@ -20,7 +19,8 @@ constexpr const char* kDetails =
 pairs: FeaturePairs, as feature_pairs_within finds them or others.
 tf1, tf2: poses that place the meshes in the world. Returns FeaturePairDetails.)";
 
-constexpr const char* kDetailsSelf = "As above, of one mesh with itself, in its own frame.";
+constexpr const char* kDetailsSelf =
+    "As feature_pair_details, of one mesh with itself, in its own frame.";
 
 constexpr const char* kCoordinates =
     R"((K, 3) float64: where the nearest points lie. Of a vertex and a face: the weights of the face's
@@ -61,63 +61,21 @@ FeaturePairs checkedPairs(const FeaturePairs& pairs, const LockedMesh& first,
   return copy;
 }
 
-void sortIgnored(std::vector<FeaturePair>& pairs, bool is_self) {
-  for (FeaturePair& pair : pairs)
-    if (is_self && pair.first > pair.second) std::swap(pair.first, pair.second);
-  std::sort(pairs.begin(), pairs.end());
-}
-
-std::vector<FeaturePair> ignoredFrom(const py::object& pairs, const char* name, bool is_self) {
-  std::vector<FeaturePair> list = pairsOrNone(pairs, name);
-  sortIgnored(list, is_self);
-  return list;
-}
-
 namespace {
 
-LabelRule labelRule(const std::string& name) {
-  if (name == "within") return LabelRule::Within;
-  if (name == "between") return LabelRule::Between;
-  throw py::value_error("label_rule is '" + name + "'; 'within' or 'between' is needed");
-}
-
-}  // namespace
-
-Labels::Labels(const py::object& labels, const std::string& rule, const LockedMesh& mesh)
-    : has_labels_(!labels.is_none()), rule_(labelRule(rule)) {
-  if (!has_labels_) return;
-  labels_ = indicesFrom(labels, std::size_t(1) << 32, "labels", "labels from 0 on");
-  if (labels_.size() != mesh.numFaces())
-    throw py::value_error("labels has " + std::to_string(labels_.size()) +
-                          " numbers; one for each of " + std::to_string(mesh.numFaces()) +
-                          " faces is needed");
-}
-
-IgnoredPairs Labels::triangles(const std::vector<FeaturePair>& list) const {
-  IgnoredPairs ignored = has_labels_ ? ignoredByLabels(labels_, rule_) : IgnoredPairs();
-  ignored.list = &list;
-  return ignored;
-}
-
-IgnoredFeatures Labels::features(const std::vector<fcl::Triangle>& triangles) const {
-  return has_labels_ ? ignoredFeaturesByLabels(triangles, labels_, rule_) : IgnoredFeatures();
-}
-
-namespace {
-
-FeaturePairDetails<double> detailsOf(const LockedMesh& first, const LockedMesh& second,
-                                     const FeaturePairs& pairs, const py::object& tf1,
-                                     const py::object& tf2) {
+FeaturePairDetails detailsOf(const LockedMesh& first, const LockedMesh& second,
+                             const FeaturePairs& pairs, const py::object& tf1,
+                             const py::object& tf2) {
   const FeaturePairs all = checkedPairs(pairs, first, second);
-  return findPlaced<FeaturePairDetails<double>>(
+  return findPlaced<FeaturePairDetails>(
       first, second, Poses(tf1, tf2),
       [&](auto& result, const auto&... placed) { featurePairDetails(placed..., all, result); });
 }
 
-FeaturePairDetails<double> detailsSelf(const LockedMesh& mesh, const FeaturePairs& pairs) {
+FeaturePairDetails detailsSelf(const LockedMesh& mesh, const FeaturePairs& pairs) {
   const FeaturePairs all = checkedPairs(pairs, mesh, mesh);
-  return find<FeaturePairDetails<double>>(
-      mesh, [&](auto& result, const Mesh& m) { featurePairDetails(m, all, result); });
+  return find<FeaturePairDetails>(
+      mesh, [&](auto& result, const Mesh& m) { selfFeaturePairDetails(m, all, result); });
 }
 
 }  // namespace
@@ -146,7 +104,7 @@ void bindFeatures(py::module_& module) {
 }
 
 void bindFeatureDetails(py::module_& module) {
-  using D = FeatureDetails<double>;
+  using D = FeatureDetails;
   ResultClass<D>(module, "FeatureDetails",
                  "Of pairs of one kind, in arrays side by side. len() counts them.")
       .attribute("distances", &D::distances, "(K,) float64, lengths.")
@@ -155,14 +113,14 @@ void bindFeatureDetails(py::module_& module) {
       .attribute("coordinates", &D::coordinates, docs::kCoordinates)
       .attribute("normals", &D::normals, docs::kNormals)
       .length(&D::distances);
-  using P = FeaturePairDetails<double>;
+  using P = FeaturePairDetails;
   ResultClass<P>(module, "FeaturePairDetails", "Of FeaturePairs, kind by kind in their order.")
       .attribute("vertex_face", &P::vertex_face, "FeatureDetails.")
       .attribute("face_vertex", &P::face_vertex, "FeatureDetails.")
       .attribute("edge_edge", &P::edge_edge, "FeatureDetails.");
-  module.def("feature_pair_details", &detailsOf, "first"_a, "second"_a, "pairs"_a,
+  module.def("feature_pair_details", &detailsOf, "first"_a, "second"_a, "pairs"_a, py::kw_only(),
              "tf1"_a = py::none(), "tf2"_a = py::none(), docs::kDetails);
-  module.def("feature_pair_details", &detailsSelf, "mesh"_a, "pairs"_a, docs::kDetailsSelf);
+  module.def("self_feature_pair_details", &detailsSelf, "mesh"_a, "pairs"_a, docs::kDetailsSelf);
 }
 
 }  // namespace adaptive_bvh::python

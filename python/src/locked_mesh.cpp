@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "adaptive_bvh/write_file.h"
+#include "adaptive_bvh/detail/write_file.h"
 #include "arrays.h"
 #include "bind.h"
 #include "locked_mesh_docs.h"
@@ -24,7 +24,7 @@
 namespace adaptive_bvh::python {
 namespace {
 
-/// In a file or pickle before a mesh of float32, whose positions are float64 there.
+/// Before 0.3, a file or a pickle of a mesh in single precision could begin with this.
 constexpr std::array<char, 8> kSingleMark = {'f', 'l', 'o', 'a', 't', '3', '2', '\n'};
 
 /// The vertices and faces of a mesh object, or as they were passed.
@@ -41,8 +41,8 @@ void requireCount(std::size_t count, const char* things) {
     throw py::value_error(std::string("too many ") + things + ": at most 2^30 are possible");
 }
 
-Mesh makeMesh(const std::pair<py::object, py::object>& arrays, bool is_single) {
-  const Rows rows(arrays.first, "vertices", is_single);
+Mesh makeMesh(const std::pair<py::object, py::object>& arrays) {
+  const Rows rows(arrays.first, "vertices");
   requireCount(rows.size(), "vertices");
   std::vector<fcl::Triangle> triangles = trianglesFrom(arrays.second, rows.size());
   requireCount(triangles.size(), "faces");
@@ -50,38 +50,13 @@ Mesh makeMesh(const std::pair<py::object, py::object>& arrays, bool is_single) {
   return Mesh({rows.begin(), rows.end()}, std::move(triangles));
 }
 
-/// A mesh of float32 numbers, as earlier versions saved it. Its tree is built anew.
-Mesh loadSingle(std::istream& in) {
-  const auto saved = DeformableMesh<float>::load(in);
-  const auto in_double = [](const std::vector<fcl::Vector3f>& points) {
-    std::vector<fcl::Vector3d> result;
-    for (const fcl::Vector3f& point : points) result.push_back(point.cast<double>());
-    return result;
-  };
-  if (saved.previousVertices().empty()) return Mesh(in_double(saved.vertices()), saved.triangles());
-  Mesh mesh(in_double(saved.previousVertices()), saved.triangles());
-  mesh.updateTwoFrames(in_double(saved.vertices()));
-  return mesh;
-}
-
 }  // namespace
 
-bool isSingle(const py::object& dtype) {
-  const py::dtype type = dtype.is_none() ? py::dtype::of<double>() : py::dtype::from_args(dtype);
-  // Not dtype::itemsize(): pybind11 before 2.12 reads it where NumPy 1 has it.
-  const int bytes = type.attr("itemsize").cast<int>();
-  if (type.kind() == 'f' && bytes == 8) return false;
-  if (type.kind() == 'f' && bytes == 4) return true;
-  throw py::type_error("dtype is " + std::string(py::str(py::handle(type))) +
-                       "; float64 or float32 is needed");
-}
+LockedMesh::LockedMesh(const py::object& vertices, const py::object& faces)
+    : LockedMesh(makeMesh(arraysOf(vertices, faces))) {}
 
-LockedMesh::LockedMesh(const py::object& vertices, const py::object& faces, const py::object& dtype)
-    : LockedMesh(makeMesh(arraysOf(vertices, faces), isSingle(dtype)), isSingle(dtype)) {}
-
-LockedMesh::LockedMesh(Mesh&& mesh, bool is_single)
+LockedMesh::LockedMesh(Mesh&& mesh)
     : mesh_(std::move(mesh)),
-      is_single_(is_single),
       num_vertices_(mesh_.vertices().size()),
       num_faces_(mesh_.triangles().size()) {}
 
@@ -91,19 +66,18 @@ MeshUpdate LockedMesh::update(const py::object& vertices) {
   return change([&](Mesh& mesh) {
     return rows.visit([&](const auto& matrix) -> MeshUpdate {
       if constexpr (std::is_same_v<typename std::decay_t<decltype(matrix)>::Scalar, double>) {
-        if (!is_single_) return mesh.update(matrix);
-        converted_ = matrix.template cast<float>().template cast<double>();
+        return mesh.update(matrix);
       } else {
         converted_ = matrix.template cast<double>();
+        return mesh.update(converted_);
       }
-      return mesh.update(converted_);
     });
   });
 }
 
 MeshUpdate LockedMesh::update(const py::object& indices, const py::object& vertices) {
   const std::vector<unsigned> names = indicesFrom(indices, num_vertices_, "indices", "vertices");
-  const Rows rows(vertices, "vertices", is_single_);
+  const Rows rows(vertices, "vertices");
   if (rows.size() != names.size())
     throw py::value_error("vertices has the shape " + shapeOf(rows.array()) + "; there are " +
                           std::to_string(names.size()) + " indices");
@@ -113,7 +87,7 @@ MeshUpdate LockedMesh::update(const py::object& indices, const py::object& verti
 }
 
 MeshUpdate LockedMesh::updateTwoFrames(const py::object& vertices) {
-  const Rows rows(vertices, "vertices", is_single_);
+  const Rows rows(vertices, "vertices");
   requireRows(rows.array(), num_vertices_, "vertices");
   return change(
       [&](Mesh& mesh) -> MeshUpdate { return mesh.updateTwoFrames(rows.begin(), num_vertices_); });
@@ -127,27 +101,24 @@ void LockedMesh::refuseOthers(const py::handle& object) {
 }
 
 std::shared_ptr<LockedMesh> LockedMesh::copy() const {
-  return query(
-      [&](const Mesh& mesh) { return std::make_shared<LockedMesh>(Mesh(mesh), is_single_); });
+  return query([](const Mesh& mesh) { return std::make_shared<LockedMesh>(Mesh(mesh)); });
 }
 
 void LockedMesh::save(std::ostream& out) const {
-  query([&](const Mesh& mesh) {
-    if (is_single_) out.write(kSingleMark.data(), kSingleMark.size());
-    mesh.save(out);
-  });
+  query([&](const Mesh& mesh) { mesh.save(out); });
 }
 
 std::shared_ptr<LockedMesh> LockedMesh::load(std::istream& in) {
-  std::array<char, 8> begin{};  // a mark, or the library's, whose last letter is the type's
+  std::array<char, 8> begin{};
   in.read(begin.data(), begin.size());
+  if (begin == kSingleMark)
+    throw py::value_error(
+        "the mesh was saved in single precision by a version before 0.3; build and save it anew");
   in.clear();
-  const bool is_single = begin == kSingleMark;
-  if (!is_single) in.seekg(0);
+  in.seekg(0);
   try {
     const py::gil_scoped_release nogil;
-    if (begin.back() == 'f') return std::make_shared<LockedMesh>(loadSingle(in), true);
-    return std::make_shared<LockedMesh>(Mesh::load(in), is_single);
+    return std::make_shared<LockedMesh>(Mesh::load(in));
   } catch (const std::runtime_error& error) {
     throw py::value_error(error.what());
   }
@@ -164,14 +135,7 @@ py::array readOnly(py::array&& copy) {
 }  // namespace
 
 py::array LockedMesh::positions(const Points& (Mesh::*get)() const) const {
-  if (!is_single_)
-    return readOnly(adopt(query([&](const Mesh& mesh) { return Points((mesh.*get)()); })));
-  return readOnly(adopt(query([&](const Mesh& mesh) {
-    std::vector<fcl::Vector3f> rounded;
-    rounded.reserve((mesh.*get)().size());
-    for (const fcl::Vector3d& point : (mesh.*get)()) rounded.push_back(point.cast<float>());
-    return rounded;
-  })));
+  return readOnly(adopt(query([&](const Mesh& mesh) { return Points((mesh.*get)()); })));
 }
 
 py::array LockedMesh::faces() const {
@@ -183,10 +147,8 @@ namespace {
 
 using Class = py::class_<LockedMesh, std::shared_ptr<LockedMesh>>;
 
-auto setThreads(void (Mesh::*set)(int)) {
-  return [set](LockedMesh& self, int threads) {
-    self.change([&](Mesh& mesh) { (mesh.*set)(threads); });
-  };
+void setThreads(LockedMesh& self, int threads) {
+  self.change([&](Mesh& mesh) { mesh.setThreads(threads); });
 }
 
 void bindUpdates(Class& mesh) {
@@ -201,10 +163,7 @@ void bindUpdates(Class& mesh) {
             return self.query([](const Mesh& m) { return MeshUpdate(m.lastUpdate()); });
           },
           "What the last update did: a MeshUpdate.")
-      .def("set_update_threads", setThreads(&Mesh::setUpdateThreads), "threads"_a,
-           docs::kUpdateThreads)
-      .def("set_query_threads", setThreads(&Mesh::setQueryThreads), "threads"_a,
-           docs::kQueryThreads);
+      .def("set_threads", &setThreads, "threads"_a, docs::kSetThreads);
 }
 
 /// Raises OSError by errno, or KeyboardInterrupt if Ctrl-C ended the wait for the other end of a
@@ -220,7 +179,7 @@ void writeTo(const py::object& path, const std::function<void(std::ostream&)>& w
   const std::string name = pathFrom(path);
   try {
     const py::gil_scoped_release nogil;
-    writeFile(name, write);
+    detail::writeFile(name, write);
   } catch (const std::system_error& error) {
     errno = error.code().value();
     raiseForFile(path);
@@ -270,19 +229,16 @@ void bindCopies(Class& mesh) {
 }
 
 void bindProperties(Class& mesh) {
-  mesh.def_property_readonly(
-          "vertices", &LockedMesh::vertices,
-          "A read-only copy of the present positions, (N, 3), of the mesh's dtype.")
+  mesh.def_property_readonly("vertices", &LockedMesh::vertices,
+                             "A read-only copy of the present positions, (N, 3) float64.")
       .def_property_readonly(
           "previous_vertices", &LockedMesh::previousVertices,
           "A read-only copy of the positions before the last update, where that was "
-          "update_two_frames, of the mesh's dtype; (0, 3) otherwise.")
+          "update_two_frames, (N, 3) float64; (0, 3) otherwise.")
       .def_property_readonly("faces", &LockedMesh::faces,
                              "A read-only copy of the vertices of each triangle, (M, 3), int64.")
       .def_property_readonly("num_vertices", &LockedMesh::numVertices, "N: how many vertices.")
-      .def_property_readonly("num_faces", &LockedMesh::numFaces, "M: how many triangles.")
-      .def_property_readonly("dtype", &LockedMesh::dtype,
-                             "float64 or float32: what positions are rounded to.");
+      .def_property_readonly("num_faces", &LockedMesh::numFaces, "M: how many triangles.");
 }
 
 void bindMeshUpdate(py::module_& module) {
@@ -301,8 +257,8 @@ void bindMeshUpdate(py::module_& module) {
 void bindLockedMesh(py::module_& module) {
   bindMeshUpdate(module);
   Class mesh(module, "DeformableMesh", docs::kDeformableMesh);
-  mesh.def(py::init<const py::object&, const py::object&, const py::object&>(), "vertices"_a,
-           "faces"_a = py::none(), "dtype"_a = "float64", docs::kDeformableMeshInit)
+  mesh.def(py::init<const py::object&, const py::object&>(), "vertices"_a, "faces"_a = py::none(),
+           docs::kDeformableMeshInit)
       .def(
           "validate",
           [](const LockedMesh& self) {
@@ -311,8 +267,7 @@ void bindLockedMesh(py::module_& module) {
           docs::kValidate)
       .def("__repr__", [](const LockedMesh& self) {
         return "<adaptive_bvh.DeformableMesh: " + std::to_string(self.numVertices()) +
-               " vertices, " + std::to_string(self.numFaces()) + " faces, " +
-               std::string(py::str(py::handle(self.dtype()))) + ">";
+               " vertices, " + std::to_string(self.numFaces()) + " faces>";
       });
   bindUpdates(mesh);
   bindCopies(mesh);

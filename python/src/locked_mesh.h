@@ -18,21 +18,18 @@
 
 namespace adaptive_bvh::python {
 
-using Mesh = DeformableMesh<double>;
-
-/// Whether a type of NumPy's is float32. Throws py::type_error where it is not float64 either.
-bool isSingle(const py::object& dtype);
+using Mesh = DeformableMesh;
 
 /// Python's DeformableMesh: a mesh of the library, behind a lock. Queries share the lock, what
 /// changes the mesh has it for itself. It is only held without the GIL, so neither waits for the
-/// other. Of a mesh of float32, positions are rounded to that, and all else is float64.
+/// other.
 class LockedMesh : public Bound, public std::enable_shared_from_this<LockedMesh> {
  public:
   /// `faces` may be None: then the first argument has both as attributes. Throws as Rows,
-  /// trianglesFrom and isSingle, and std::invalid_argument as the library's constructor.
-  LockedMesh(const py::object& vertices, const py::object& faces, const py::object& dtype);
+  /// trianglesFrom, and std::invalid_argument as the library's constructor.
+  LockedMesh(const py::object& vertices, const py::object& faces);
   /// Takes a mesh over.
-  LockedMesh(Mesh&& mesh, bool is_single);
+  explicit LockedMesh(Mesh&& mesh);
 
   /// All vertices. Float arrays whose rows or columns lie side by side are read in place.
   MeshUpdate update(const py::object& vertices);
@@ -47,10 +44,10 @@ class LockedMesh : public Bound, public std::enable_shared_from_this<LockedMesh>
 
   /// A snapshot.
   std::shared_ptr<LockedMesh> copy() const;
-  /// Writes the mesh (DeformableMesh::save), after a mark where it is of float32. Throws
-  /// std::runtime_error when the stream fails.
+  /// Writes the mesh (DeformableMesh::save). Throws std::runtime_error when the stream fails.
   void save(std::ostream& out) const;
-  /// Reads what `save` wrote, here or in earlier versions. Throws py::value_error on what is none.
+  /// Reads what `save` wrote. Throws py::value_error on other data, and on meshes that versions
+  /// before 0.3 saved in single precision.
   static std::shared_ptr<LockedMesh> load(std::istream& in);
   /// A read-only copy.
   py::array vertices() const { return positions(&Mesh::vertices); }
@@ -58,7 +55,6 @@ class LockedMesh : public Bound, public std::enable_shared_from_this<LockedMesh>
   py::array previousVertices() const { return positions(&Mesh::previousVertices); }
   /// A read-only copy.
   py::array faces() const;
-  py::dtype dtype() const { return is_single_ ? py::dtype::of<float>() : py::dtype::of<double>(); }
   std::size_t numVertices() const { return num_vertices_; }
   std::size_t numFaces() const { return num_faces_; }
 
@@ -111,9 +107,8 @@ class LockedMesh : public Bound, public std::enable_shared_from_this<LockedMesh>
   py::array positions(const Points& (Mesh::*get)() const) const;
 
   Mesh mesh_;
-  const bool is_single_;
   const std::size_t num_vertices_, num_faces_;
-  /// Of an update, in float64; its memory stays.
+  /// The positions of an update that were float32, in float64; its memory stays.
   Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> converted_;
   mutable std::shared_mutex mutex_;
 };

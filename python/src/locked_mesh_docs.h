@@ -11,13 +11,11 @@ Thread-safe: threads share a lock for queries, and take it for themselves for up
 inline constexpr const char* kDeformableMeshInit =
     R"(Builds the tree by the connectivity of the mesh.
 
-vertices: (N, 3) positions in the mesh's own frame, at most 2^252 in magnitude; or
+vertices: (N, 3) positions in the mesh's own frame, at most 2^252 in magnitude, kept as float64; or
     an object with the attributes `vertices` and `faces`, such as a trimesh.Trimesh
     or what load_mesh returns.
 faces: (M, 3) indices of vertices, of any type of integer. Counter-clockwise seen from outside.
-    At least one. They never change: for others make another DeformableMesh.
-dtype: float64 or float32. A mesh of float32 rounds its positions to it, and returns them so; all
-    else is float64.)";
+    At least one. They never change: for others make another DeformableMesh.)";
 
 inline constexpr const char* kUpdate =
     R"(A step: moves all vertices to `vertices`, (N, 3). Arrays of float64 or float32 in C or in Fortran
@@ -48,22 +46,20 @@ about 16 bytes a triangle and 24 a vertex. A pickle holds the same.
 path: a string, bytes or a path object. OSError when it cannot be written.)";
 
 inline constexpr const char* kLoad =
-    R"(Reads a mesh that `save` wrote, with its dtype. It answers as the saved mesh did: with the same
-bits where the last update was one of all vertices, else up to rounding. Settings of threads are not
-saved. Meshes of float32 that earlier versions saved are built anew.
+    R"(Reads a mesh that `save` wrote. It answers as the saved mesh did: with the same bits where the
+last update was one of all vertices, else up to rounding. Settings of threads are not saved.
 
 path: a string, bytes or a path object. OSError when it cannot be read; ValueError when it holds no
-mesh, or one that is damaged, cut off, or of another version.)";
+mesh, or one that is damaged, cut off, of another version, or that a version before 0.3 saved in
+single precision.)";
 
 inline constexpr const char* kValidate =
     R"(Whether every box contains every triangle below it, as it must. Takes as long as many updates:
 for tests.)";
 
-inline constexpr const char* kUpdateThreads =
-    R"(Lets updates use so many threads, at least 1, on meshes of 50,000 triangles or more.)";
-
-inline constexpr const char* kQueryThreads =
-    R"(Lets one query use so many threads, at least 1, where there is much to search. The answer stays
-the same. Distances take one thread.)";
+inline constexpr const char* kSetThreads =
+    R"(Lets an update, on meshes of 50,000 triangles or more, and a query, where there is much to
+search, use so many threads, at least 1. Of two meshes the larger number counts. The results stay the
+same. Distances take one thread.)";
 
 }  // namespace adaptive_bvh::python::docs

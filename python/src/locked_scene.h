@@ -18,8 +18,6 @@
 
 namespace adaptive_bvh::python {
 
-using Scene3 = Scene<double>;
-
 /// Python's Scene: a scene of the library, the meshes that it refers to, and a lock. Queries share
 /// the lock and those of the meshes, what changes the scene has it for itself. Locks are only held
 /// without the GIL.
@@ -96,13 +94,13 @@ class LockedScene : public Bound {
                        [&](const auto& body) { return body.second.get() == mesh; });
   }
   /// The C++ scene. Read it while the locks are held.
-  const Scene3& scene() const { return scene_; }
+  const Scene& scene() const { return scene_; }
 
  private:
   /// Those of the scene and others.
   std::vector<LockedMesh::SharedLock> lockMeshes(std::set<const LockedMesh*> meshes = {}) const;
 
-  Scene3 scene_;
+  Scene scene_;
   std::vector<std::pair<BodyId, std::shared_ptr<const LockedMesh>>> meshes_;
   // What the C++ scene does not return.
   std::map<BodyId, fcl::Transform3d> starts_;  ///< of the step: since begin_step, or add
@@ -116,18 +114,18 @@ class LockedScene : public Bound {
 
 /// A method that returns what one of the C++ scene's returns, which only reads it.
 template <typename Result, typename... Args>
-auto reading(Result (Scene3::*method)(Args...) const) {
+auto reading(Result (Scene::*method)(Args...) const) {
   return [method](const LockedScene& self, const std::decay_t<Args>&... arguments) {
     return self.query(
-        [&](const Scene3& scene) -> std::decay_t<Result> { return (scene.*method)(arguments...); });
+        [&](const Scene& scene) -> std::decay_t<Result> { return (scene.*method)(arguments...); });
   };
 }
 
 /// Pairs of bodies, and what was found for them. Python's SceneCollisions and others.
-template <typename Found, typename Offset = std::size_t>
+template <typename Found, typename Begin = std::size_t>
 struct OfBodyPairs : Bound {
   std::vector<std::array<std::int64_t, 2>> bodies;
-  std::vector<Offset> offsets;
+  std::vector<Begin> begins;
   Found found;
 };
 

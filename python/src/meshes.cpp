@@ -46,7 +46,7 @@ constexpr const char* kShapeMesh =
 turn: edges around a full turn of what is round; rounded up to a power of two, from 8 to 1024. A Plane
 and a Halfspace give a square with sides of 2. ValueError when turn is not in 1 to 1024.)";
 
-using Arrays = TriangleMesh<double>;  // Python's Mesh
+using Arrays = TriangleMesh;  // Python's Mesh
 
 Arrays weldOf(const py::object& vertices, const py::object& faces, double tolerance) {
   Arrays mesh = meshFrom(vertices, faces);
@@ -80,7 +80,7 @@ Arrays loadOf(const py::object& path, bool weld, double weld_tolerance,
   options.buffers_outside_folder = buffers_outside_folder;
 #ifdef ADAPTIVE_BVH_PYTHON_MESH_IO
   const py::gil_scoped_release nogil;
-  return loadMesh<double>(name, options);
+  return loadMesh(name, options);
 #else
   throw std::runtime_error("cannot read " + name + ": adaptive_bvh was built without assimp");
 #endif
@@ -94,9 +94,9 @@ std::string pathFrom(const py::object& path) {
   return std::string(py::reinterpret_steal<py::bytes>(bytes));
 }
 
-TriangleMesh<double> meshFrom(const py::object& vertices, const py::object& faces) {
+TriangleMesh meshFrom(const py::object& vertices, const py::object& faces) {
   const Rows rows(vertices, "vertices");
-  TriangleMesh<double> mesh;
+  TriangleMesh mesh;
   mesh.vertices.assign(rows.begin(), rows.end());
   mesh.triangles = trianglesFrom(faces, rows.size());
   return mesh;

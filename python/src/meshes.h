@@ -11,6 +11,6 @@ namespace adaptive_bvh::python {
 std::string pathFrom(const py::object& path);
 
 /// A mesh of (N, 3) positions and (M, 3) indices. Throws as Rows and trianglesFrom.
-TriangleMesh<double> meshFrom(const py::object& vertices, const py::object& faces);
+TriangleMesh meshFrom(const py::object& vertices, const py::object& faces);
 
 }  // namespace adaptive_bvh::python

@@ -56,6 +56,7 @@ PYBIND11_MODULE(_core, module) {
   bindQuery(module);
   bindPairs(module);
   bindFeatures(module);
+  bindIgnored(module);
   bindFeatureDetails(module);
   bindProximity(module);
   bindPoints(module);

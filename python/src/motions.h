@@ -39,7 +39,7 @@ class MeshMotion : public Bound {
   const LockedMesh& mesh() const { return *mesh_; }
 
   /// For the library, while the mesh is locked. Refers to this object.
-  Motion<double> motion() const { return {mesh_->mesh(), start_, end_, poses_.tf1, poses_.tf2}; }
+  Motion motion() const { return {mesh_->mesh(), start_, end_, poses_.tf1, poses_.tf2}; }
 
  private:
   void copy(const py::object& positions, const char* name, std::vector<fcl::Vector3d>& copied) {

@@ -14,7 +14,7 @@ namespace {
 
 /// A C++ object that watches two meshes, CoherentDistance or CoherentProximity, with what keeps
 /// them alive. Threads use it one after the other.
-template <template <typename> class Watcher>
+template <typename Watcher>
 class MeshPair : public Bound {
  public:
   MeshPair(const LockedMesh& first, const LockedMesh& second)
@@ -34,7 +34,7 @@ class MeshPair : public Bound {
  private:
   std::shared_ptr<const LockedMesh> first_, second_;
   std::mutex mutex_;
-  std::optional<Watcher<double>> watcher_;  ///< always there
+  std::optional<Watcher> watcher_;  ///< always there
 };
 
 using DistancePair = MeshPair<CoherentDistance>;
@@ -56,7 +56,7 @@ object one after the other.)";
 Nearest nextDistance(DistancePair& pair, const py::object& tf1, const py::object& tf2,
                      bool nearest_points) {
   const Poses poses(tf1, tf2, "tf1", "tf2");
-  return pair.query([&](CoherentDistance<double>& watcher) {
+  return pair.query([&](CoherentDistance& watcher) {
     fcl::DistanceResultd result;
     watcher.distance(poses.tf1, poses.tf2, fcl::DistanceRequestd(nearest_points), result);
     return Nearest(result);
@@ -66,9 +66,8 @@ Nearest nextDistance(DistancePair& pair, const py::object& tf1, const py::object
 bool nextIsNearer(ProximityPair& pair, double distance, const py::object& tf1,
                   const py::object& tf2) {
   const Poses poses(tf1, tf2, "tf1", "tf2");
-  return pair.query([&](CoherentProximity<double>& watcher) {
-    return watcher.isNearer(poses.tf1, poses.tf2, distance);
-  });
+  return pair.query(
+      [&](CoherentProximity& watcher) { return watcher.isNearer(poses.tf1, poses.tf2, distance); });
 }
 
 }  // namespace
@@ -84,7 +83,8 @@ void bindPairs(py::module_& module) {
   py::class_<ProximityPair>(module, "CoherentProximity", kCoherentProximity)
       .def(py::init<const LockedMesh&, const LockedMesh&>(), "first"_a, "second"_a,
            "first, second: meshes.")
-      .def("is_nearer", &nextIsNearer, "distance"_a, "tf1"_a = py::none(), "tf2"_a = py::none(),
+      .def("is_nearer", &nextIsNearer, "distance"_a, py::kw_only(), "tf1"_a = py::none(),
+           "tf2"_a = py::none(),
            "Whether the meshes placed by two poses are at most `distance`, a length, apart.")
       .def_property_readonly(
           "searches",

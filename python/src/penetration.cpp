@@ -7,12 +7,13 @@
 namespace adaptive_bvh::python {
 namespace docs {
 constexpr const char* kVertexContacts =
-    R"(Every vertex of `mesh` that is at most `margin` away from the surface of `other`, or inside of
-it.
+    R"(Every vertex of `first` that is at most `distance` away from the surface of `second`, or inside
+of it.
 
-other: a DeformableMesh, which must be closed, or a shape.
-Returns VertexContacts. A penalty force: -stiffness * ((margin - c.distances) * c.areas)[:, None] *
-c.normals. Raises ValueError when the margin is negative or NaN, and when `other` is open; the
+first: a DeformableMesh. second: another, which must be closed, or a shape.
+tf1, tf2: poses that place them in the world.
+Returns VertexContacts. A penalty force: -stiffness * ((distance - c.distances) * c.areas)[:, None] *
+c.normals. Raises ValueError when the distance is negative or NaN, and when `second` is open; the
 message names an edge.)";
 
 constexpr const char* kContactsOfBoth =
@@ -21,8 +22,8 @@ vertices of `second` near or inside the body of `first`, as two calls of vertex_
 
 first, second: DeformableMesh, both closed. Returns a pair of VertexContacts; the normals of either
 point from the vertex's mesh to the other. For a penalty force use half of the stiffness with each.
-Raises ValueError when the margin is negative or NaN, and when a mesh is open; the message names an
-edge.)";
+Raises ValueError when the distance is negative or NaN, and when a mesh is open; the message names
+an edge.)";
 
 constexpr const char* kSignedDistance =
     R"(The signed distance of two closed bodies: the distance where they are apart, and minus the depth
@@ -38,37 +39,36 @@ open; the message names an edge.)";
 namespace {
 
 template <typename Other>
-VertexContacts<double> contactsOf(const LockedMesh& mesh, const Other& other, double margin,
-                                  const py::object& tf, const py::object& other_tf) {
-  return findPlaced<VertexContacts<double>>(
-      mesh, other, Poses(tf, other_tf, "tf", "other_tf"),
-      [&](auto& result, const auto&... placed) { vertexContacts(placed..., margin, result); });
+VertexContacts contactsOf(const LockedMesh& first, const Other& second, double distance,
+                          const py::object& tf1, const py::object& tf2) {
+  return findPlaced<VertexContacts>(
+      first, second, Poses(tf1, tf2),
+      [&](auto& result, const auto&... placed) { vertexContacts(placed..., distance, result); });
 }
 
-auto contactsOfBoth(const LockedMesh& first, const LockedMesh& second, double margin,
+auto contactsOfBoth(const LockedMesh& first, const LockedMesh& second, double distance,
                     const py::object& tf1, const py::object& tf2) {
-  return findPlaced<std::pair<VertexContacts<double>, VertexContacts<double>>>(
+  return findPlaced<std::pair<VertexContacts, VertexContacts>>(
       first, second, Poses(tf1, tf2), [&](auto& result, const auto&... placed) {
-        vertexContacts(placed..., margin, result.first, result.second);
+        vertexContacts(placed..., distance, result.first, result.second);
       });
 }
 
 template <typename Other>
-SignedDistance<double> signedDistanceOf(const LockedMesh& first, const Other& second,
-                                        double tolerance, const py::object& tf1,
-                                        const py::object& tf2) {
+SignedDistance signedDistanceOf(const LockedMesh& first, const Other& second, double tolerance,
+                                const py::object& tf1, const py::object& tf2) {
   return queryPlaced(first, second, Poses(tf1, tf2),
                      [&](const auto&... placed) { return signedDistance(placed..., tolerance); });
 }
 
-const char* nameOf(const SignedDistance<double>& d) {
+const char* nameOf(const SignedDistance& d) {
   return d.deep_body == DeepBody::First    ? "first"
          : d.deep_body == DeepBody::Second ? "second"
                                            : "none";
 }
 
 void bindSignedDistance(py::module_& module) {
-  using D = SignedDistance<double>;
+  using D = SignedDistance;
   ResultClass<D>(module, "SignedDistance",
                  "The signed distance of two bodies: between `lower` and `upper`.")
       .attribute("lower", &D::lower, "Lower bound of the signed distance.")
@@ -82,7 +82,7 @@ void bindSignedDistance(py::module_& module) {
       .attribute("normal", &D::normal,
                  "(3,) float64, of length 1, from the first body to the second.");
   const auto define = [&](auto function) {
-    module.def("signed_distance", function, "first"_a, "second"_a, "tolerance"_a,
+    module.def("signed_distance", function, "first"_a, "second"_a, "tolerance"_a, py::kw_only(),
                "tf1"_a = py::none(), "tf2"_a = py::none(), docs::kSignedDistance);
   };
   define(&signedDistanceOf<LockedMesh>);
@@ -90,7 +90,7 @@ void bindSignedDistance(py::module_& module) {
 }
 
 void bindContacts(py::module_& module) {
-  using C = VertexContacts<double>;
+  using C = VertexContacts;
   ResultClass<C>(
       module, "VertexContacts",
       "Vertices near another body or inside of it, by increasing index. len() counts them.")
@@ -107,14 +107,13 @@ void bindContacts(py::module_& module) {
       .attribute("areas", &C::areas, "(K,) float64: a third of the area of the vertex's triangles.")
       .length(&C::vertices);
 
-  const auto define = [&](auto function) {
-    module.def("vertex_contacts", function, "mesh"_a, "other"_a, "margin"_a = 0.,
-               "tf"_a = py::none(), "other_tf"_a = py::none(), docs::kVertexContacts);
+  const auto define = [&](const char* name, auto function, const char* doc) {
+    module.def(name, function, "first"_a, "second"_a, "distance"_a = 0., py::kw_only(),
+               "tf1"_a = py::none(), "tf2"_a = py::none(), doc);
   };
-  define(&contactsOf<LockedMesh>);
-  define(&contactsOf<Shape>);
-  module.def("vertex_contacts_of_both", &contactsOfBoth, "first"_a, "second"_a, "margin"_a = 0.,
-             "tf1"_a = py::none(), "tf2"_a = py::none(), docs::kContactsOfBoth);
+  define("vertex_contacts", &contactsOf<LockedMesh>, docs::kVertexContacts);
+  define("vertex_contacts", &contactsOf<Shape>, docs::kVertexContacts);
+  define("vertex_contacts_of_both", &contactsOfBoth, docs::kContactsOfBoth);
 }
 
 }  // namespace

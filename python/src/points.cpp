@@ -55,7 +55,7 @@ struct ManyFeatures : Bound {
   py::object features;  ///< an array of strings
 };
 
-ClosestPoint<double> closestPointOf(const LockedMesh& mesh, const py::object& point) {
+ClosestPoint closestPointOf(const LockedMesh& mesh, const py::object& point) {
   const fcl::Vector3d asked = pointFrom(point, "point");
   return mesh.query([&](const Mesh& m) { return closestPoint(m, asked); });
 }
@@ -63,7 +63,7 @@ ClosestPoint<double> closestPointOf(const LockedMesh& mesh, const py::object& po
 ManyPoints closestPointsOf(const LockedMesh& mesh, const py::object& points) {
   const Rows rows(points, "points");
   return mesh.query([&](const Mesh& m) {
-    using P = ClosestPoint<double>;
+    using P = ClosestPoint;
     std::vector<P> found;
     closestPoints(m, rows.begin(), rows.size(), found);
     return ManyPoints{
@@ -72,7 +72,7 @@ ManyPoints closestPointsOf(const LockedMesh& mesh, const py::object& points) {
 }
 
 /// The names of the features, by way of NumPy.
-py::object namesOf(const std::vector<ClosestFeature<double>>& found) {
+py::object namesOf(const std::vector<ClosestFeature>& found) {
   static_assert(int(SurfaceFeature::Face) == 0 && int(SurfaceFeature::Edge) == 1 &&
                     int(SurfaceFeature::Vertex) == 2,
                 "the order of the names");
@@ -84,7 +84,7 @@ py::object namesOf(const std::vector<ClosestFeature<double>>& found) {
 }
 
 ManyFeatures closestFeaturesOf(const LockedMesh& mesh, const py::object& points, double limit) {
-  using F = ClosestFeature<double>;
+  using F = ClosestFeature;
   const Rows rows(points, "points");
   const auto found = find<std::vector<F>>(mesh, [&](auto& features, const Mesh& m) {
     closestFeatures(m, rows.begin(), rows.size(), limit, features);
@@ -121,7 +121,7 @@ py::array openEdgesOf(const LockedMesh& mesh) {
 }
 
 void bindPointResults(py::module_& module) {
-  using P = ClosestPoint<double>;
+  using P = ClosestPoint;
   ResultClass<P>(module, "ClosestPoint", "The point of a surface that is nearest to a point.")
       .attribute("point", &P::point, "On the surface, (3,) float64.")
       .attribute("distance", &P::distance, "A length.")

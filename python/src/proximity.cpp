@@ -2,7 +2,7 @@
 
 #include "adaptive_bvh/proximity.h"
 #include "bind.h"
-#include "features.h"
+#include "ignored.h"
 #include "objects.h"
 #include "query.h"
 #include "results.h"
@@ -27,10 +27,10 @@ ignored: pairs of triangles to leave out, (M, 2) integers in any order, or None.
 Returns TrianglePairs. Pairs keep their order from step to step.)";
 
 constexpr const char* kPairsWithinSelf =
-    R"(As above, of one mesh with itself, in its own frame: each pair once, the smaller index first.
+    R"(As pairs_within, of one mesh with itself, in its own frame: each pair once, the smaller index
+first.
 
-filter: which neighbours are left out, as of self_collide, but not 'beyond shared'.
-ignored, labels, label_rule: as of self_collide.)";
+ignored: as of self_collide, but not the neighbours 'beyond shared'.)";
 
 constexpr const char* kFeaturePairsWithin =
     R"(All pairs of a vertex and a face, and of two edges, at most `distance`, a length, apart.
@@ -40,23 +40,21 @@ tf1, tf2: poses that place the meshes in the world.
 ignored: pairs of features to leave out, FeaturePairs in any order, or None. Returns FeaturePairs.)";
 
 constexpr const char* kFeaturePairsWithinSelf =
-    R"(As above, of one mesh with itself, without features that have a vertex in common.
+    R"(As feature_pairs_within, of one mesh with itself, without features that have a vertex in common.
 
-labels: (num_faces,) integers, a label for each triangle, or None. Then only pairs count whose labels
-    differ (label_rule 'between') or are equal ('within'). A vertex and an edge have the label of
-    their triangle with the smallest index.)";
+ignored: FeaturePairs, a SurfaceNeighbourhood, Ignored for both, or None.)";
 
-constexpr const char* kClearance =
-    R"(For every vertex of `mesh` its distance to the surface of `other`: (num_vertices,) float64.
+constexpr const char* kVertexDistances =
+    R"(For every vertex of `first` its distance to the surface of `second`: (num_vertices,) float64.
 
 Exact where it is less than `limit`, a length, and `limit` elsewhere. A small limit is fast.
 ValueError when it is negative or NaN.
-tf, other_tf: poses that place the meshes in the world.)";
+tf1, tf2: poses that place the meshes in the world.)";
 
-constexpr const char* kSignedClearance =
-    R"(As clearance, with a negative sign for a vertex inside of `other`, which must be closed.
+constexpr const char* kSignedVertexDistances =
+    R"(As vertex_distances, with a negative sign for a vertex inside of `second`, which must be closed.
 
--limit is deep inside. ValueError when an edge of `other` has no neighbour.)";
+-limit is deep inside. ValueError when an edge of `second` has no neighbour.)";
 }  // namespace docs
 
 namespace {
@@ -68,88 +66,60 @@ bool isNearerOf(const LockedMesh& first, const Other& second, double distance,
                      [&](const auto&... placed) { return isNearer(placed..., distance, solid); });
 }
 
-/// The library's request, and the lists that it refers to.
-struct FeaturesRequest {
-  FeaturesRequest(double distance, const FeaturePairs* ignored, bool is_self) {
-    request.distance = distance;
-    if (ignored) pairs = *ignored;
-    sortIgnored(pairs.vertex_face);
-    sortIgnored(pairs.face_vertex);
-    sortIgnored(pairs.edge_edge, is_self);
-    request.vertex_face.list = &pairs.vertex_face;
-    request.face_vertex.list = &pairs.face_vertex;
-    request.edge_edge.list = &pairs.edge_edge;
-  }
-  FeaturesRequest(const FeaturesRequest&) = delete;
-  FeaturesRequest& operator=(const FeaturesRequest&) = delete;
-
-  FeaturePairs pairs;
-  FeatureProximityRequest<double> request;
-};
-
-TrianglePairs<double> pairsWithinOf(const LockedMesh& first, const LockedMesh& second,
-                                    double distance, const py::object& tf1, const py::object& tf2,
-                                    bool distances, bool points, const py::object& ignored) {
-  const std::vector<FeaturePair> list = ignoredFrom(ignored, "ignored");
-  const ProximityRequest<double> request{distance, distances, points, {&list, {}}};
-  return findPlaced<TrianglePairs<double>>(
+TrianglePairs pairsWithinOf(const LockedMesh& first, const LockedMesh& second, double distance,
+                            const py::object& tf1, const py::object& tf2, bool distances,
+                            bool points, const py::object& ignored) {
+  const IgnoredArgument out(ignored, IgnoredArgument::Triangles, false);
+  const ProximityRequest request{distance, distances, points, out.get()};
+  return findPlaced<TrianglePairs>(
       first, second, Poses(tf1, tf2),
       [&](auto& result, const auto&... placed) { pairsWithin(placed..., request, result); });
 }
 
-TrianglePairs<double> pairsWithinSelf(const LockedMesh& mesh, double distance, bool distances,
-                                      bool points, const std::string& filter,
-                                      const py::object& ignored, const py::object& labels,
-                                      const std::string& label_rule) {
-  const NeighbourFilter neighbours = neighbourFilter(filter);
-  const std::vector<FeaturePair> list = ignoredFrom(ignored, "ignored", true);
-  const Labels of_faces(labels, label_rule, mesh);
-  const ProximityRequest<double> request{distance, distances, points, of_faces.triangles(list)};
-  return find<TrianglePairs<double>>(
-      mesh, [&](auto& result, const Mesh& m) { pairsWithin(m, request, result, neighbours); });
+TrianglePairs pairsWithinSelf(const LockedMesh& mesh, double distance, bool distances, bool points,
+                              const py::object& ignored) {
+  const IgnoredArgument out(ignored, IgnoredArgument::Triangles, true);
+  const ProximityRequest request{distance, distances, points, out.get()};
+  return find<TrianglePairs>(
+      mesh, [&](auto& result, const Mesh& m) { selfPairsWithin(m, request, result); });
 }
 
 FeaturePairs featurePairsOf(const LockedMesh& first, const LockedMesh& second, double distance,
                             const py::object& tf1, const py::object& tf2,
-                            const FeaturePairs* ignored) {
-  const FeaturesRequest asked(distance, ignored, false);
-  return findPlaced<FeaturePairs>(first, second, Poses(tf1, tf2),
-                                  [&](auto& pairs, const auto&... placed) {
-                                    featurePairsWithin(placed..., asked.request, pairs);
-                                  });
+                            const py::object& ignored) {
+  const IgnoredArgument out(ignored, IgnoredArgument::Features, false);
+  const FeatureProximityRequest request{distance, out.get()};
+  return findPlaced<FeaturePairs>(
+      first, second, Poses(tf1, tf2),
+      [&](auto& pairs, const auto&... placed) { featurePairsWithin(placed..., request, pairs); });
 }
 
-FeaturePairs featurePairsSelf(const LockedMesh& mesh, double distance, const FeaturePairs* ignored,
-                              const py::object& labels, const std::string& label_rule) {
-  FeaturesRequest asked(distance, ignored, true);
-  const Labels of_faces(labels, label_rule, mesh);
-  return find<FeaturePairs>(mesh, [&](auto& pairs, const Mesh& m) {
-    const IgnoredFeatures ignored_features = of_faces.features(m.triangles());
-    asked.request.vertex_face.test = ignored_features.vertex_face.test;
-    asked.request.edge_edge.test = ignored_features.edge_edge.test;
-    featurePairsWithin(m, asked.request, pairs);
-  });
+FeaturePairs featurePairsSelf(const LockedMesh& mesh, double distance, const py::object& ignored) {
+  const IgnoredArgument out(ignored, IgnoredArgument::Features, true);
+  const FeatureProximityRequest request{distance, out.get()};
+  return find<FeaturePairs>(
+      mesh, [&](auto& pairs, const Mesh& m) { selfFeaturePairsWithin(m, request, pairs); });
 }
 
-void bindClearance(py::module_& module) {
+void bindVertexDistances(py::module_& module) {
   const auto define = [&](const char* name, auto* query, const char* doc) {
     module.def(
         name,
-        [query](const LockedMesh& mesh, const LockedMesh& other, double limit, const py::object& tf,
-                const py::object& other_tf) {
+        [query](const LockedMesh& first, const LockedMesh& second, double limit,
+                const py::object& tf1, const py::object& tf2) {
           return adopt(findPlaced<std::vector<double>>(
-              mesh, other, Poses(tf, other_tf, "tf", "other_tf"),
+              first, second, Poses(tf1, tf2),
               [&](auto& result, const auto&... placed) { query(placed..., limit, result); }));
         },
-        "mesh"_a, "other"_a, "limit"_a = std::numeric_limits<double>::infinity(),
-        "tf"_a = py::none(), "other_tf"_a = py::none(), doc);
+        "first"_a, "second"_a, "limit"_a = std::numeric_limits<double>::infinity(), py::kw_only(),
+        "tf1"_a = py::none(), "tf2"_a = py::none(), doc);
   };
-  define("clearance", &clearance<double>, docs::kClearance);
-  define("signed_clearance", &signedClearance<double>, docs::kSignedClearance);
+  define("vertex_distances", &vertexDistances, docs::kVertexDistances);
+  define("signed_vertex_distances", &signedVertexDistances, docs::kSignedVertexDistances);
 }
 
 void bindNearPairs(py::module_& module) {
-  using P = TrianglePairs<double>;
+  using P = TrianglePairs;
   ResultClass<P>(module, "TrianglePairs",
                  "Pairs of triangles in arrays side by side. len() counts them.")
       .attribute("triangles", &P::triangles, "(K, 2) int32.")
@@ -166,26 +136,23 @@ void bindNearPairs(py::module_& module) {
 void bindProximity(py::module_& module) {
   bindNearPairs(module);
   const auto define = [&](auto function) {
-    module.def("is_nearer", function, "first"_a, "second"_a, "distance"_a, "tf1"_a = py::none(),
-               "tf2"_a = py::none(), py::kw_only(), "solid"_a = false, docs::kIsNearer);
+    module.def("is_nearer", function, "first"_a, "second"_a, "distance"_a, py::kw_only(),
+               "tf1"_a = py::none(), "tf2"_a = py::none(), "solid"_a = false, docs::kIsNearer);
   };
   define(&isNearerOf<LockedMesh>);
   define(&isNearerOf<Shape>);
-  module.def("pairs_within", &pairsWithinOf, "first"_a, "second"_a, "distance"_a,
-             "tf1"_a = py::none(), "tf2"_a = py::none(), py::kw_only(),
+  module.def("pairs_within", &pairsWithinOf, "first"_a, "second"_a, "distance"_a, py::kw_only(),
+             "tf1"_a = py::none(), "tf2"_a = py::none(), "enable_distances"_a = false,
+             "enable_nearest_points"_a = false, "ignored"_a = py::none(), docs::kPairsWithin);
+  module.def("self_pairs_within", &pairsWithinSelf, "mesh"_a, "distance"_a, py::kw_only(),
              "enable_distances"_a = false, "enable_nearest_points"_a = false,
-             "ignored"_a = py::none(), docs::kPairsWithin);
-  module.def("pairs_within", &pairsWithinSelf, "mesh"_a, "distance"_a, py::kw_only(),
-             "enable_distances"_a = false, "enable_nearest_points"_a = false,
-             "filter"_a = "shared vertex", "ignored"_a = py::none(), "labels"_a = py::none(),
-             "label_rule"_a = "between", docs::kPairsWithinSelf);
+             "ignored"_a = py::none(), docs::kPairsWithinSelf);
   module.def("feature_pairs_within", &featurePairsOf, "first"_a, "second"_a, "distance"_a,
-             "tf1"_a = py::none(), "tf2"_a = py::none(), py::kw_only(), "ignored"_a = py::none(),
+             py::kw_only(), "tf1"_a = py::none(), "tf2"_a = py::none(), "ignored"_a = py::none(),
              docs::kFeaturePairsWithin);
-  module.def("feature_pairs_within", &featurePairsSelf, "mesh"_a, "distance"_a, py::kw_only(),
-             "ignored"_a = py::none(), "labels"_a = py::none(), "label_rule"_a = "between",
-             docs::kFeaturePairsWithinSelf);
-  bindClearance(module);
+  module.def("self_feature_pairs_within", &featurePairsSelf, "mesh"_a, "distance"_a, py::kw_only(),
+             "ignored"_a = py::none(), docs::kFeaturePairsWithinSelf);
+  bindVertexDistances(module);
 }
 
 }  // namespace adaptive_bvh::python

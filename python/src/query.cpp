@@ -2,14 +2,13 @@
 
 #include <limits>
 #include <optional>
-#include <stdexcept>
 
 #include <pybind11/stl.h>
 
 #include "adaptive_bvh/query.h"
 #include "adaptive_bvh/self_collision.h"
 #include "bind.h"
-#include "features.h"
+#include "ignored.h"
 #include "objects.h"
 #include "results.h"
 
@@ -47,13 +46,8 @@ constexpr const char* kSelfCollide =
 
 tf: a pose that places the mesh in the world.
 max_contacts, enable_contact: as of collide.
-filter: which neighbours are left out: those with a 'shared vertex', those with a 'shared edge' (two
-    vertices in common), or 'none'. With 'beyond shared', neighbours count where they have points in
-    common beside the shared vertex or edge: where they are folded over each other or cross, which is
-    decided exactly. Vertices are compared by index: see weld_vertices.
-ignored: pairs of triangles to leave out, (K, 2) integers in any order, either triangle first, or None.
-labels: (num_faces,) integers, a label for each triangle, or None. Then only pairs count whose labels
-    differ (label_rule 'between') or are equal ('within'): of components in one mesh.)";
+ignored: what is left out: pairs of triangles, (K, 2) integers in any order; a SurfaceNeighbourhood;
+    Ignored, for both and for other neighbours than those with a common vertex; or None.)";
 
 constexpr const char* kContacts =
     "Contacts in arrays side by side: contact i is row i of each. len() counts them.";
@@ -80,20 +74,16 @@ void Contacts::add(const fcl::Contactd& contact, bool is_swapped) {
 namespace {
 
 /// Two shapes as the bodies 0 and 1 of a scene, which answers them; nothing of other objects.
-std::optional<Scene<double>> sceneOfShapes(const py::object& o1, const py::object& o2,
-                                           const py::object& tf1, const py::object& tf2) {
+std::optional<Scene> sceneOfShapes(const py::object& o1, const py::object& o2,
+                                   const py::object& tf1, const py::object& tf2) {
   if (!asShape(o1) || !asShape(o2)) return std::nullopt;
   const Poses poses(tf1, tf2);
-  Scene<double> scene;
+  Scene scene;
   scene.add(asShape(o1)->geometryPointer(), poses.tf1);
   scene.add(asShape(o2)->geometryPointer(), poses.tf2);
   scene.update();
   return scene;
 }
-
-// adaptive_bvh::distance would compile all of FCL's distances, for pairs that Python does not
-// offer: every pair here is one of ours.
-[[noreturn]] void refusePair() { throw std::logic_error("adaptive_bvh: a pair is not answered"); }
 
 Nearest distanceOf(const py::object& o1, const py::object& o2, const py::object& tf1,
                    const py::object& tf2, bool nearest_points) {
@@ -106,8 +96,7 @@ Nearest distanceOf(const py::object& o1, const py::object& o2, const py::object&
   const Objects objects(o1, o2, tf1, tf2);
   fcl::DistanceResultd result;
   objects.query([&](const auto&... placed) {
-    if (!detail::answerDistance<double>(placed..., fcl::DistanceRequestd(nearest_points), result))
-      refusePair();
+    adaptive_bvh::distance(placed..., fcl::DistanceRequestd(nearest_points), result);
   });
   return Nearest(result, objects.is_swapped);
 }
@@ -135,35 +124,30 @@ Contacts collideOf(const py::object& o1, const py::object& o2, const py::object&
   const fcl::CollisionRequestd request = requestOf(max_contacts, enable_contact);
   if (const auto shapes = sceneOfShapes(o1, o2, tf1, tf2)) {
     Contacts contacts;
-    SceneCollisions<double> found;
-    shapes->collisions({request.num_max_contacts, enable_contact}, found);
+    SceneCollisions found;
+    shapes->collide({request.num_max_contacts, enable_contact}, found);
     for (const fcl::Contactd& contact : found.contacts) contacts.add(contact, false);
     contacts.reached_limit = found.contacts.size() >= request.num_max_contacts;
     return contacts;
   }
   const Objects objects(o1, o2, tf1, tf2);
   fcl::CollisionResultd result;
-  objects.query([&](const auto&... placed) {
-    if (!detail::answerCollide<double>(placed..., request, result, solid)) refusePair();
-  });
+  objects.query(
+      [&](const auto&... placed) { adaptive_bvh::collide(placed..., request, result, solid); });
   return contactsOf(request, result, objects.is_swapped);
 }
 
 Contacts selfCollideOf(const LockedMesh& mesh, const py::object& tf,
                        const std::optional<long long>& max_contacts, bool enable_contact,
-                       const std::string& filter, const py::object& ignored,
-                       const py::object& labels, const std::string& label_rule) {
+                       const py::object& ignored) {
   if (asMesh(tf) || asShape(tf))
     throw py::type_error("self_collide takes one mesh, and then a pose, which is no " +
                          typeNameOf(tf) + "; for two objects, call collide(first, second)");
   const fcl::CollisionRequestd request = requestOf(max_contacts, enable_contact);
   const fcl::Transform3d pose = poseFrom(tf, "tf");
-  const NeighbourFilter neighbours = neighbourFilter(filter);
-  const std::vector<FeaturePair> pairs = ignoredFrom(ignored, "ignored", true);
-  const Labels of_faces(labels, label_rule, mesh);
-  const auto result = find<fcl::CollisionResultd>(mesh, [&](auto& found, const Mesh& m) {
-    selfCollide(m, pose, request, found, neighbours, of_faces.triangles(pairs));
-  });
+  const IgnoredArgument out(ignored, IgnoredArgument::Triangles, true);
+  const auto result = find<fcl::CollisionResultd>(
+      mesh, [&](auto& found, const Mesh& m) { selfCollide(m, pose, out.get(), request, found); });
   return contactsOf(request, result, false);
 }
 
@@ -190,25 +174,15 @@ void bindResults(py::module_& module) {
 
 }  // namespace
 
-NeighbourFilter neighbourFilter(const std::string& name) {
-  if (name == "shared vertex") return NeighbourFilter::SharedVertex;
-  if (name == "shared edge") return NeighbourFilter::SharedEdge;
-  if (name == "none") return NeighbourFilter::None;
-  if (name == "beyond shared") return NeighbourFilter::BeyondShared;
-  throw py::value_error("filter is '" + name +
-                        "'; 'shared vertex', 'shared edge', 'beyond shared' or 'none' is needed");
-}
-
 void bindQuery(py::module_& module) {
   bindResults(module);
-  module.def("distance", &distanceOf, "o1"_a, "o2"_a, "tf1"_a = py::none(), "tf2"_a = py::none(),
-             py::kw_only(), "nearest_points"_a = true, docs::kDistance);
-  module.def("collide", &collideOf, "o1"_a, "o2"_a, "tf1"_a = py::none(), "tf2"_a = py::none(),
-             py::kw_only(), "max_contacts"_a = py::none(), "enable_contact"_a = true,
+  module.def("distance", &distanceOf, "o1"_a, "o2"_a, py::kw_only(), "tf1"_a = py::none(),
+             "tf2"_a = py::none(), "nearest_points"_a = true, docs::kDistance);
+  module.def("collide", &collideOf, "o1"_a, "o2"_a, py::kw_only(), "tf1"_a = py::none(),
+             "tf2"_a = py::none(), "max_contacts"_a = py::none(), "enable_contact"_a = true,
              "solid"_a = false, docs::kCollide);
   module.def("self_collide", &selfCollideOf, "mesh"_a, "tf"_a = py::none(), py::kw_only(),
-             "max_contacts"_a = py::none(), "enable_contact"_a = true, "filter"_a = "shared vertex",
-             "ignored"_a = py::none(), "labels"_a = py::none(), "label_rule"_a = "between",
+             "max_contacts"_a = py::none(), "enable_contact"_a = true, "ignored"_a = py::none(),
              docs::kSelfCollide);
 }
 

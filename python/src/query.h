@@ -1,14 +1,12 @@
 #pragma once
 
 #include <array>
-#include <string>
 #include <vector>
 
 #include <fcl/narrowphase/contact.h>
 #include <fcl/narrowphase/distance_result.h>
 
 #include "adaptive_bvh/scene.h"
-#include "adaptive_bvh/self_collision.h"
 #include "bound.h"
 
 namespace adaptive_bvh::python {
@@ -18,7 +16,7 @@ struct Nearest : Bound {
   Nearest() = default;
   /// `is_swapped`: the result's first object is the second of Python's.
   explicit Nearest(const fcl::DistanceResultd& result, bool is_swapped = false);
-  explicit Nearest(const SceneDistance<double>& result)
+  explicit Nearest(const SceneDistance& result)
       : distance(result.distance), points(result.points), triangles(result.elements) {}
 
   double distance = 0;
@@ -36,8 +34,5 @@ struct Contacts : Bound {
   /// `is_swapped`: the contact's first object is the second of Python's.
   void add(const fcl::Contactd& contact, bool is_swapped);
 };
-
-/// 'shared vertex', 'shared edge', 'beyond shared' or 'none'. Throws py::value_error.
-NeighbourFilter neighbourFilter(const std::string& name);
 
 }  // namespace adaptive_bvh::python

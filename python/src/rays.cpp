@@ -39,8 +39,8 @@ struct ManyHits : Bound {
   std::vector<double> t, u, v;
 };
 
-ManyHits manyHits(std::vector<int>&& rays, const std::vector<RayHit<double>>& hits) {
-  using H = RayHit<double>;
+ManyHits manyHits(std::vector<int>&& rays, const std::vector<RayHit>& hits) {
+  using H = RayHit;
   return {{},
           std::move(rays),
           column(hits, &H::triangle),
@@ -54,7 +54,7 @@ ManyHits firstHitOf(const LockedMesh& mesh, const py::object& origins, const py:
   const RayArguments rays(origins, directions);
   std::vector<int> numbers(rays.origins.size());
   std::iota(numbers.begin(), numbers.end(), 0);
-  const auto hits = find<std::vector<RayHit<double>>>(mesh, [&](auto& found, const Mesh& m) {
+  const auto hits = find<std::vector<RayHit>>(mesh, [&](auto& found, const Mesh& m) {
     firstHits(m, rays.origins.begin(), rays.directions.begin(), numbers.size(), {begin, end},
               found);
   });
@@ -74,7 +74,7 @@ ManyHits rayHitsOf(const LockedMesh& mesh, const py::object& origins, const py::
                    double begin, double end) {
   const RayArguments rays(origins, directions);
   std::vector<int> numbers;
-  std::vector<RayHit<double>> of_ray, hits;
+  std::vector<RayHit> of_ray, hits;
   mesh.query([&](const Mesh& m) {
     for (std::size_t i = 0; i < rays.origins.size(); ++i) {
       rayHits(m, rays.origins.begin()[i], rays.directions.begin()[i], {begin, end}, of_ray);

@@ -48,7 +48,7 @@ class LockedRecording : public Bound {
   int addArrays(const py::object& vertices, const py::object& faces, const py::object& tf,
                 const std::string& name) {
     const fcl::Transform3d pose = poseFrom(tf, "tf");
-    const TriangleMesh<double> mesh = meshFrom(vertices, faces);
+    const TriangleMesh mesh = meshFrom(vertices, faces);
     return alone([&] { return recording_.add(mesh, pose, name); });
   }
   void remove(int body) {
@@ -184,9 +184,9 @@ void addPatches(FrameResults& results, int body, const py::object& triangles,
 }
 
 /// The triangles of regions, and an identity for each region, or None.
-void addRegions(FrameResults& results, int body, const ContactPatches<double>& regions,
+void addRegions(FrameResults& results, int body, const ContactPatches& regions,
                 const py::object& ids, const std::string& name) {
-  const ContactPatches<double> checked = checkedPatches(regions, name);
+  const ContactPatches checked = checkedPatches(regions, name);
   if (ids.is_none()) {
     results.colourTriangles(body, checked);
     return;
@@ -218,9 +218,9 @@ void bindFrameResults(py::module_& module) {
              append(points, r.contacts);
              r.contact_count = r.contacts.size();
            })
-      .def("add_clearance",
+      .def("add_vertex_distances",
            [](R& r, int body, const Numbers& values) {
-             r.clearance.push_back({body, rowsIn<double>(values)});
+             r.addVertexDistances(body, rowsIn<double>(values));
            })
       .def("add_arrows",
            [](R& r, const Label& label, const Numbers& from, const Numbers& along, double scale) {
@@ -243,7 +243,7 @@ void bindRecording(py::module_& module) {
   py::class_<R>(module, "_Recording", py::custom_type_setup(&collectGarbage<R>))
       .def(py::init([](const std::string& title, const std::string& unit, double frames_per_second,
                        const py::object& up, const std::string& time_unit,
-                       const std::optional<std::array<double, 2>>& clearance_range) {
+                       const std::optional<std::array<double, 2>>& vertex_distance_range) {
         RecordingOptions options;
         options.title = title;
         options.unit = unit;
@@ -251,7 +251,7 @@ void bindRecording(py::module_& module) {
         options.frames_per_second = frames_per_second;
         options.up = pointFrom(up, "up");
         options.time_unit = time_unit;
-        options.clearance_range = clearance_range;
+        options.vertex_distance_range = vertex_distance_range;
         return std::make_unique<R>(options);
       }))
       .def("add", &R::addMesh)

@@ -34,8 +34,8 @@ struct RowOf {
   using Number = N;
   static std::vector<py::ssize_t> shape() { return {kCount}; }
 };
-template <typename S>
-struct Row<fcl::Vector3<S>> : RowOf<S, 3> {};
+template <>
+struct Row<fcl::Vector3d> : RowOf<double, 3> {};
 template <>
 struct Row<fcl::Triangle> : RowOf<std::int64_t, 3> {};
 template <>

@@ -31,7 +31,7 @@ tf: pose that places it in the world.
 group, mask: bits; two bodies are a pair where each one's mask has a bit of the other's group.
 self_collision: whether the queries of pairs include the mesh with itself, without triangles that
     share a vertex. ValueError for a shape.
-solid: whether the mesh is filled: bodies inside of it touch it, for `collisions` and `is_nearer`.
+solid: whether the mesh is filled: bodies inside of it touch it, for `collide` and `is_nearer`.
     ValueError for a shape, which always is, and for an open mesh.
 user: a number of your own, 0 or more.)";
 
@@ -100,7 +100,7 @@ BodyId LockedScene::add(const py::object& body, const py::object& tf, const Body
                          howToMesh(body));
   }
   const fcl::Transform3d pose = poseFrom(tf, "tf");
-  const BodyId id = change([&](Scene3& scene) {
+  const BodyId id = change([&](Scene& scene) {
     const BodyId number = scene.add(std::move(geometry), pose, options);
     if (mesh) meshes_.emplace_back(number, mesh);
     starts_[number] = pose;
@@ -123,13 +123,13 @@ void LockedScene::remove(BodyId body) {
 
 void LockedScene::setTransform(BodyId body, const py::object& tf) {
   const fcl::Transform3d pose = poseFrom(tf, "tf");
-  change([&](Scene3& scene) { scene.setTransform(body, pose); });
+  change([&](Scene& scene) { scene.setTransform(body, pose); });
 }
 
 py::array LockedScene::transform(BodyId body) const {
   using Matrix = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
   const Matrix pose =
-      query([&](const Scene3& scene) -> Matrix { return scene.transform(body).matrix(); });
+      query([&](const Scene& scene) -> Matrix { return scene.transform(body).matrix(); });
   return py::array_t<double>({4, 4}, pose.data());
 }
 
@@ -144,12 +144,12 @@ void LockedScene::setFilter(const py::object& filter) {
   if (!filter.is_none() && !PyCallable_Check(filter.ptr()))
     throw py::type_error("filter must be a function, or None");
   py::object function = filter;
-  Scene3::Filter calls;
+  Scene::Filter calls;
   if (!function.is_none())
     calls = [this, handle = py::handle(function)](BodyId first, BodyId second) {
       return admits(handle, *this, first, second);
     };
-  change([&](Scene3& scene) {
+  change([&](Scene& scene) {
     scene.setFilter(std::move(calls));
     const py::gil_scoped_acquire gil;
     std::swap(filter_, function);  // under the lock: no query calls the one before any more
@@ -194,7 +194,7 @@ BodyId add(LockedScene& self, const BodyOptions& options, const py::object& body
   return self.add(body, tf, options);
 }
 void setOptions(LockedScene& self, const BodyOptions& options, BodyId body) {
-  self.change([&](Scene3& s) { s.setOptions(body, options); });
+  self.change([&](Scene& s) { s.setOptions(body, options); });
 }
 
 void bindBodies(SceneClass& scene) {
@@ -208,11 +208,11 @@ void bindBodies(SceneClass& scene) {
       .def("transform", &LockedScene::transform, "body"_a, "(4, 4) float64: the pose of a body.")
       .def("geometry", &LockedScene::geometry, "body"_a,
            "The DeformableMesh or Shape that `add` was given.")
-      .def("options", reading(&Scene3::options), "body"_a, "BodyOptions of a body.")
+      .def("options", reading(&Scene::options), "body"_a, "BodyOptions of a body.")
       .def_property_readonly(
           "bodies",
           [](const LockedScene& self) {
-            const std::vector<BodyId> ids = self.query(&Scene3::bodies);
+            const std::vector<BodyId> ids = self.query(&Scene::bodies);
             return adopt(std::vector<std::int64_t>(ids.begin(), ids.end()));
           },
           "(B,) int64: the numbers of all bodies, by increasing number.")
@@ -220,12 +220,12 @@ void bindBodies(SceneClass& scene) {
           "__contains__",
           [](const LockedScene& self, std::int64_t body) {
             return body >= 0 && body <= std::numeric_limits<BodyId>::max() &&
-                   self.query([&](const Scene3& s) { return s.contains(BodyId(body)); });
+                   self.query([&](const Scene& s) { return s.contains(BodyId(body)); });
           },
           "body"_a, "Whether a body has this number.")
-      .def("__len__", reading(&Scene3::size))
+      .def("__len__", reading(&Scene::size))
       .def("__repr__", [](const LockedScene& self) {
-        return "<adaptive_bvh.Scene: " + std::to_string(self.query(&Scene3::size)) + " bodies>";
+        return "<adaptive_bvh.Scene: " + std::to_string(self.query(&Scene::size)) + " bodies>";
       });
 }
 
@@ -245,7 +245,7 @@ void bindSteps(SceneClass& scene) {
            "Remembers all poses: where the step of `earliest_impact` begins. A body that is added "
            "later begins where it is.")
       .def(
-          "update", [](LockedScene& self) { self.changeWithMeshes([](Scene3& s) { s.update(); }); },
+          "update", [](LockedScene& self) { self.changeWithMeshes([](Scene& s) { s.update(); }); },
           "Computes the boxes of all bodies: after all changes of a step, before its first query.")
       .def("set_threads", &LockedScene::setThreads, "threads"_a,
            "Lets queries use so many threads, 1 or more. Results stay the same.");
@@ -258,12 +258,7 @@ void bindScene(py::module_& module) {
   bindSceneResults(module);
   SceneClass scene(module, "Scene", docs::kScene,
                    py::custom_type_setup(&collectGarbage<LockedScene>));
-  scene.def(py::init([](const py::object& dtype) {
-              isSingle(dtype);  // throws
-              return std::make_unique<LockedScene>();
-            }),
-            "dtype"_a = "float64",
-            "dtype: float64 or float32, without effect; others are a TypeError.");
+  scene.def(py::init<>());
   bindBodies(scene);
   bindPairRules(scene);
   bindSteps(scene);

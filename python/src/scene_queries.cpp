@@ -30,10 +30,10 @@ from previous_vertices (or at rest where there are none) to the present ones, ea
 straight line. With a shape the time is never late, and the impact has no kind; its pair has the
 mesh's triangle and -1 for the shape.
 
-separation: a length; so near they have come together.)";
+distance: a length; so near they have come together.)";
 
 constexpr const char* kSceneLargestSafeStep =
-    R"(The time, 0 to 1, up to which nothing comes as near as `separation`, a length, in the step of
+    R"(The time, 0 to 1, up to which nothing comes as near as `distance`, a length, in the step of
 earliest_impact.)";
 
 constexpr const char* kSceneLeastDistance =
@@ -48,7 +48,7 @@ constexpr const char* kSceneLeastDistances =
 bound, then number; fewer where there are fewer.)";
 
 constexpr const char* kSceneIntervalsBelow =
-    R"(All pairs of bodies that come nearer than `clearance` in the step, and when: a list of tuples
+    R"(All pairs of bodies that come nearer than `distance` in the step, and when: a list of tuples
 (first body, second body, intervals), intervals as of intervals_below.)";
 
 }  // namespace docs
@@ -58,27 +58,27 @@ namespace {
 SceneClearance leastInScene(LockedScene& scene, BodyId body, double tolerance,
                             const std::string& path_name) {
   const FramePath path = framePath(path_name);
-  return scene.changeWithMeshes([&](Scene3& s) { return s.leastDistance(body, tolerance, path); });
+  return scene.changeWithMeshes([&](Scene& s) { return s.leastDistance(body, tolerance, path); });
 }
 
 std::vector<SceneClearance> leastDistancesOf(const LockedScene& scene, BodyId body, std::size_t k,
                                              double tolerance, const std::string& path_name) {
   const FramePath path = framePath(path_name);
-  return find<std::vector<SceneClearance>>(scene, [&](auto& found, const Scene3& s) {
+  return find<std::vector<SceneClearance>>(scene, [&](auto& found, const Scene& s) {
     s.leastDistances(body, k, tolerance, found, path);
   });
 }
 
-py::list intervalsInScene(const LockedScene& scene, double clearance, double tolerance,
+py::list intervalsInScene(const LockedScene& scene, double distance, double tolerance,
                           const std::string& path_name) {
   const FramePath path = framePath(path_name);
-  const auto found = find<SceneIntervals>(scene, [&](auto& result, const Scene3& s) {
-    s.intervalsBelow(clearance, tolerance, result, path);
+  const auto found = find<SceneIntervals>(scene, [&](auto& result, const Scene& s) {
+    s.intervalsBelow(distance, tolerance, result, path);
   });
   py::list pairs;
   for (std::size_t i = 0; i < found.pairs.size(); ++i) {
     std::vector<std::array<double, 2>> rows;
-    for (std::size_t k = found.offsets[i]; k < found.offsets[i + 1]; ++k)
+    for (std::size_t k = found.begins[i]; k < found.begins[i + 1]; ++k)
       rows.push_back({found.found[k].begin, found.found[k].end});
     pairs.append(
         py::make_tuple(found.pairs[i].first, found.pairs[i].second, adopt(std::move(rows))));
@@ -91,53 +91,50 @@ py::tuple bodiesOfClearance(const SceneClearance& found) {
   return py::make_tuple(found.bodies.first, found.bodies.second);
 }
 
-std::vector<SceneDistance<double>> nearestBodies(const LockedScene& scene, BodyId body,
-                                                 std::size_t k) {
-  return find<std::vector<SceneDistance<double>>>(
-      scene, [&](auto& found, const Scene3& s) { s.nearest(body, k, found); });
+std::vector<SceneDistance> nearestBodies(const LockedScene& scene, BodyId body, std::size_t k) {
+  return find<std::vector<SceneDistance>>(
+      scene, [&](auto& found, const Scene& s) { s.nearest(body, k, found); });
 }
 
-ScenePoint<double> nearestPointOf(const LockedScene& scene, const py::object& point) {
+ScenePoint nearestPointOf(const LockedScene& scene, const py::object& point) {
   const fcl::Vector3d x = pointFrom(point, "point");
-  return scene.query([&](const Scene3& s) { return s.nearestPoint(x); });
+  return scene.query([&](const Scene& s) { return s.nearestPoint(x); });
 }
 
 /// Python's SceneRayHits.
 struct HitsOfBodies : Bound {
   std::vector<std::int64_t> bodies;
-  std::vector<int> triangles;
+  std::vector<int> elements;
   std::vector<double> t, u, v;
 };
 
 HitsOfBodies firstHitsOf(const LockedScene& scene, const py::object& origins,
                          const py::object& directions, double begin, double end) {
   const RayArguments rays(origins, directions);
-  const auto found =
-      find<std::vector<SceneRayHit<double>>>(scene, [&](auto& hits, const Scene3& s) {
-        s.firstHits(rays.origins.begin(), rays.directions.begin(), rays.origins.size(),
-                    {begin, end}, hits);
-      });
+  const auto found = find<std::vector<SceneRayHit>>(scene, [&](auto& hits, const Scene& s) {
+    s.firstHits(rays.origins.begin(), rays.directions.begin(), rays.origins.size(), {begin, end},
+                hits);
+  });
   HitsOfBodies hits;
   for (const auto& hit : found) hits.bodies.push_back(hit.exists() ? std::int64_t(hit.body) : -1);
-  const auto of_meshes = column(found, &SceneRayHit<double>::hit);
-  hits.triangles = column(of_meshes, &RayHit<double>::triangle);
-  hits.t = column(of_meshes, &RayHit<double>::t);
-  hits.u = column(of_meshes, &RayHit<double>::u);
-  hits.v = column(of_meshes, &RayHit<double>::v);
+  hits.elements = column(found, &SceneRayHit::element);
+  hits.t = column(found, &SceneRayHit::t);
+  hits.u = column(found, &SceneRayHit::u);
+  hits.v = column(found, &SceneRayHit::v);
   return hits;
 }
 
-py::tuple bodiesOf(const SceneDistance<double>& found) {
+py::tuple bodiesOf(const SceneDistance& found) {
   if (!found.exists()) return py::make_tuple(-1, -1);
   return py::make_tuple(found.bodies.first, found.bodies.second);
 }
 
-std::int64_t bodyOf(const ScenePoint<double>& found) {
+std::int64_t bodyOf(const ScenePoint& found) {
   return found.exists() ? std::int64_t(found.body) : -1;
 }
 
 void bindNearestResults(py::module_& module) {
-  using D = SceneDistance<double>;
+  using D = SceneDistance;
   ResultClass<D>(module, "SceneDistance", "Two bodies, and how far apart they are.")
       .attribute("bodies", &bodiesOf,
                  "Two numbers of bodies; of Scene.nearest the body that was asked for comes first. "
@@ -148,13 +145,14 @@ void bindNearestResults(py::module_& module) {
       .attribute("points", &D::points,
                  "(2, 3) float64: on the first body and on the second, in the world; NaN where "
                  "there is no pair.")
-      .attribute("triangles", &D::elements, "(2,) int32: those of these points; -1 of a shape.");
-  using P = ScenePoint<double>;
+      .attribute("elements", &D::elements,
+                 "(2,) int32: the triangles of these points; -1 of a shape.");
+  using P = ScenePoint;
   ResultClass<P>(module, "ScenePoint", "The nearest point of all bodies of a Scene.")
       .attribute("body", &bodyOf, "Its number; -1 where there is no body.")
       .attribute("distance", &P::distance, "A length; infinite where there is no body.")
       .attribute("point", &P::point, "(3,) float64, in the world; NaN where there is no body.")
-      .attribute("triangle", &P::triangle, "That has it; -1 of a shape.");
+      .attribute("element", &P::element, "The triangle that has it; -1 of a shape.");
 }
 
 void bindClearanceResult(py::module_& module) {
@@ -170,7 +168,8 @@ void bindOtherResults(py::module_& module) {
   ResultClass<H>(module, "SceneRayHits",
                  "Where each of N rays meets the bodies of a Scene first. len() is N.")
       .attribute("bodies", &H::bodies, "(N,) int64; -1 where a ray meets nothing.")
-      .attribute("triangles", &H::triangles, "(N,) int32; -1 where a ray meets a shape or nothing.")
+      .attribute("elements", &H::elements,
+                 "(N,) int32: the triangles; -1 where a ray meets a shape or nothing.")
       .attribute("t", &H::t,
                  "(N,) float64: the point is at origin + t * direction; infinite where a ray meets "
                  "nothing.")
@@ -186,10 +185,10 @@ void bindOtherResults(py::module_& module) {
           "bodies",
           [](const SceneImpact& i) { return py::make_tuple(i.bodies.first, i.bodies.second); },
           "Two numbers of bodies, the same twice where a body meets itself; without meaning where "
-          "nothing happens.")
+          "nothing comes together.")
       .attribute("impact", &SceneImpact::impact,
                  "An Impact: features of the first body and of the second, and the time.");
-  (*impact).def_property_readonly("happens", &SceneImpact::happens,
+  (*impact).def_property_readonly("exists", &SceneImpact::exists,
                                   "Whether anything comes together.");
 }
 
@@ -209,7 +208,7 @@ void bindNearestQueries(SceneClass& scene) {
       .def(
           "nearest",
           [](LockedScene& self, BodyId body) {
-            return self.changeWithMeshes([&](Scene3& s) { return s.nearest(body); });
+            return self.changeWithMeshes([&](Scene& s) { return s.nearest(body); });
           },
           "body"_a,
           "The body nearest to one, a SceneDistance. The scene remembers it: the next call starts "
@@ -218,7 +217,7 @@ void bindNearestQueries(SceneClass& scene) {
       .def(
           "distance",
           [](LockedScene& self) {
-            return self.changeWithMeshes([](Scene3& s) { return s.distance(); });
+            return self.changeWithMeshes([](Scene& s) { return s.distance(); });
           },
           "The two bodies that are nearest, a SceneDistance. The scene remembers them: the next "
           "call starts from them.")
@@ -231,16 +230,16 @@ void bindRayAndStepQueries(SceneClass& scene) {
   scene
       .def("first_hit", &firstHitsOf, "origins"_a, "directions"_a, py::kw_only(), "begin"_a = 0.0,
            "end"_a = std::numeric_limits<double>::infinity(), docs::kSceneFirstHit)
-      .def("earliest_impact", reading(&Scene3::earliestImpact), "separation"_a = 0.0,
+      .def("earliest_impact", reading(&Scene::earliestImpact), "distance"_a = 0.0,
            docs::kSceneEarliestImpact)
-      .def("largest_safe_step", reading(&Scene3::largestSafeStep), "separation"_a = 0.0,
+      .def("largest_safe_step", reading(&Scene::largestSafeStep), "distance"_a = 0.0,
            docs::kSceneLargestSafeStep)
       .def("least_distance", &leastInScene, "body"_a, "tolerance"_a, "path"_a = "straight",
            docs::kSceneLeastDistance)
       .def("least_distances", &leastDistancesOf, "body"_a, "k"_a, "tolerance"_a,
            "path"_a = "straight", docs::kSceneLeastDistances)
-      .def("intervals_below", &intervalsInScene, "clearance"_a, "tolerance"_a,
-           "path"_a = "straight", docs::kSceneIntervalsBelow);
+      .def("intervals_below", &intervalsInScene, "distance"_a, "tolerance"_a, "path"_a = "straight",
+           docs::kSceneIntervalsBelow);
 }
 
 }  // namespace

@@ -59,9 +59,7 @@ class MeshCopies {
     const auto copy = copies_.find(asMesh(geometry));
     if (copy == copies_.end()) return geometry;
     py::object& wrapped = wrapped_[copy->first];
-    if (!wrapped)
-      wrapped = py::cast(std::make_shared<LockedMesh>(
-          std::move(copy->second), py::dtype::of<float>().equal(copy->first->dtype())));
+    if (!wrapped) wrapped = py::cast(std::make_shared<LockedMesh>(std::move(copy->second)));
     return wrapped;
   }
 
@@ -73,21 +71,21 @@ class MeshCopies {
 }  // namespace
 
 void LockedScene::ignore(BodyId first, BodyId second) {
-  change([&](Scene3& scene) {
+  change([&](Scene& scene) {
     scene.ignore(first, second);
     ignored_.insert(std::minmax(first, second));
   });
 }
 
 void LockedScene::unignore(BodyId first, BodyId second) {
-  change([&](Scene3& scene) {
+  change([&](Scene& scene) {
     scene.unignore(first, second);
     ignored_.erase(std::minmax(first, second));
   });
 }
 
 void LockedScene::ignoreNeighbours(const std::vector<BodyId>& chain) {
-  change([&](Scene3& scene) {
+  change([&](Scene& scene) {
     scene.ignoreNeighbours(chain);
     for (std::size_t i = 1; i < chain.size(); ++i)
       ignored_.insert(std::minmax(chain[i - 1], chain[i]));
@@ -95,14 +93,14 @@ void LockedScene::ignoreNeighbours(const std::vector<BodyId>& chain) {
 }
 
 void LockedScene::beginStep() {
-  change([&](Scene3& scene) {
+  change([&](Scene& scene) {
     scene.beginStep();
     for (auto& [body, start] : starts_) start = scene.transform(body);
   });
 }
 
 void LockedScene::setThreads(int threads) {
-  change([&](Scene3& scene) {
+  change([&](Scene& scene) {
     scene.setThreads(threads);
     threads_ = threads;
   });
@@ -163,7 +161,7 @@ std::unique_ptr<LockedScene> LockedScene::fromState(const py::tuple& state) {
   }
   scene->setThreads(state[3].cast<int>());
   scene->setFilter(state[4]);
-  scene->changeWithMeshes([](Scene3& s) { s.update(); });
+  scene->changeWithMeshes([](Scene& s) { s.update(); });
   return scene;
 }
 

@@ -18,16 +18,16 @@ iterations.
 
 Every vertex stays within a radius of where it was when pairs were found, and on its side of a plane
 between each two near features. So no features come together on the straight ways from iterate to
-iterate, in whatever order vertices move. Features that are at most the separation apart come no
+iterate, in whatever order vertices move. Features that are at most `distance` apart come no
 nearer; features that touch do not move. Keeps the meshes alive. Threads use one object one after
 the other.)";
 
 constexpr const char* kInit =
     R"(mesh: its triangles say what deforms; its positions are not read. Several bodies are one mesh.
 radius: a length, how far a vertex may go from where pairs were found last.
-separation: a length, which features keep.
+distance: a length, which features keep.
 most_held: pairs are found anew when the radius held back more than this share of the vertices.
-ValueError on a radius that is not above 0, and on a negative or infinite separation.)";
+ValueError on a radius that is not above 0, and on a negative or infinite distance.)";
 
 constexpr const char* kAddObstacle =
     R"(Adds a DeformableMesh that does not move from one `begin` to the next, which reads its vertices.
@@ -51,11 +51,11 @@ namespace {
 /// Python's TrustRegion: the library's, with the meshes that it reads, and its accepted positions.
 class Region : public Bound {
  public:
-  Region(const LockedMesh& mesh, double radius, double separation, double most_held)
+  Region(const LockedMesh& mesh, double radius, double distance, double most_held)
       : meshes_{mesh.shared_from_this()} {
-    TrustRegionRequest<double> request;
+    TrustRegionRequest request;
     request.radius = radius;
-    request.separation = separation;
+    request.distance = distance;
     request.most_held = most_held;
     mesh.query([&](const Mesh& m) { region_.emplace(m, request); });
   }
@@ -106,7 +106,7 @@ class Region : public Bound {
 
   std::vector<std::shared_ptr<const LockedMesh>> meshes_;  ///< the mesh, then the obstacles
   std::mutex mutex_;
-  std::optional<TrustRegiond> region_;  ///< always there
+  std::optional<TrustRegion> region_;  ///< always there
 };
 
 }  // namespace
@@ -121,7 +121,7 @@ void bindTrustRegion(py::module_& module) {
                  "Whether pairs were found anew first.");
   py::class_<Region>(module, "TrustRegion", docs::kTrustRegion)
       .def(py::init<const LockedMesh&, double, double, double>(), "mesh"_a, "radius"_a,
-           "separation"_a = 0.0, "most_held"_a = 0.01, docs::kInit)
+           "distance"_a = 0.0, "most_held"_a = 0.01, docs::kInit)
       .def("add_obstacle", &Region::addObstacle, "obstacle"_a, "tf"_a = py::none(),
            docs::kAddObstacle)
       .def("set_transform", &Region::setTransform, "obstacle"_a, "tf"_a = py::none(),

@@ -9,15 +9,15 @@ from long_mode import SEED  # noqa: E402
 
 
 @pytest.fixture(params=["float64", "float32"])
-def kind(request):
-    """The dtype as an argument of DeformableMesh."""
-    return {"dtype": request.param}
+def number(request):
+    """The dtype of an array that is passed to a mesh."""
+    return request.param
 
 
 @pytest.fixture
-def tolerance(kind):
+def tolerance():
     """Of lengths about 1."""
-    return 1e-9 if kind["dtype"] == "float64" else 2e-5
+    return 1e-9
 
 
 def pytest_terminal_summary(terminalreporter):

@@ -313,7 +313,7 @@ def test_the_page_plays_the_motion(run, tmp_path, bay, page):
     first = recorded.frame(int(moments[0]))
     assert first["distance"] == pytest.approx(float(found.rows[0]["upper"]), abs=1e-9)
     assert found.rows[0]["part"] in first["note"]
-    block = first["bodies"][0]["clearance"]
+    block = first["bodies"][0]["vertexDistances"]
     least = np.min([sampled_vertex_clearance(vertices, parts) for vertices in frames], axis=0)
     assert block["low"] <= least.min() + 1e-9 and block["high"] <= 4 * 1.5 + 1e-9
     assert "NOT KEPT" in text and text.count('id="answer"') == 1

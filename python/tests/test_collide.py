@@ -17,17 +17,17 @@ def crossing(distances):
     return pair_set(np.argwhere(distances == 0))
 
 
-def test_equals_brute_force_in_every_step(kind):
+def test_equals_brute_force_in_every_step():
     rng = np.random.default_rng(4)
     (v1, f1), (v2, f2) = meshes.ball(1), meshes.sheet(5)
-    a, b = ab.DeformableMesh(v1, f1, **kind), ab.DeformableMesh(v2, f2, **kind)
+    a, b = ab.DeformableMesh(v1, f1), ab.DeformableMesh(v2, f2)
     found = 0
     for step in range(10):
         moved1, moved2 = meshes.wave(v1, 0.3 * step), meshes.wave(v2, -0.2 * step)
         a.update(moved1)
         b.update(moved2)
         tf1, tf2 = meshes.pose(rng), meshes.pose(rng, 0.3)
-        contacts = ab.collide(a, b, tf1, tf2)
+        contacts = ab.collide(a, b, tf1=tf1, tf2=tf2)
         expected = crossing(
             triangle_distances(meshes.placed(moved1, tf1), f1, meshes.placed(moved2, tf2), f2)
         )
@@ -40,7 +40,7 @@ def test_equals_brute_force_in_every_step(kind):
 
 def test_contacts_are_arrays_side_by_side():
     a, b = ab.DeformableMesh(*meshes.ball(1)), ab.DeformableMesh(*meshes.sheet(3))
-    contacts = ab.collide(a, b, None, (np.eye(3), [0.01, 0.02, 0.03]))
+    contacts = ab.collide(a, b, tf2=(np.eye(3), [0.01, 0.02, 0.03]))
     k = len(contacts)
     assert k > 0
     assert contacts.pairs.shape == (k, 2) and contacts.pairs.dtype == np.int32
@@ -54,10 +54,10 @@ def test_contacts_are_arrays_side_by_side():
 def test_max_contacts_and_enable_contact():
     a, b = ab.DeformableMesh(*meshes.ball(1)), ab.DeformableMesh(*meshes.sheet(3))
     tf = (np.eye(3), [0.01, 0.02, 0.03])
-    everything = ab.collide(a, b, None, tf)
-    assert len(ab.collide(a, b, None, tf, max_contacts=3)) == 3
-    assert len(ab.collide(a, b, None, tf, max_contacts=0)) == 0
-    pairs = ab.collide(a, b, None, tf, enable_contact=False)
+    everything = ab.collide(a, b, tf2=tf)
+    assert len(ab.collide(a, b, tf2=tf, max_contacts=3)) == 3
+    assert len(ab.collide(a, b, tf2=tf, max_contacts=0)) == 0
+    pairs = ab.collide(a, b, tf2=tf, enable_contact=False)
     assert pair_set(pairs.pairs) == pair_set(everything.pairs)
     assert np.isnan(pairs.points).all() and np.isnan(pairs.depths).all()
     for query in (lambda n: ab.collide(a, b, max_contacts=n), lambda n: ab.self_collide(a, max_contacts=n)):
@@ -65,12 +65,12 @@ def test_max_contacts_and_enable_contact():
             query(-1)
         with pytest.raises(TypeError):
             query(1.5)
-    assert len(ab.collide(a, b, None, (np.eye(3), [0, 0, 5]))) == 0
+    assert len(ab.collide(a, b, tf2=(np.eye(3), [0, 0, 5]))) == 0
 
 
-def test_self_collide_equals_brute_force(kind):
+def test_self_collide_equals_brute_force():
     vertices, faces = meshes.sheet(8)
-    mesh = ab.DeformableMesh(vertices, faces, **kind)
+    mesh = ab.DeformableMesh(vertices, faces)
     rolled = vertices.copy()  # a spiral that goes through itself
     angle, radius = 3.9 * vertices[:, 0], 0.5 + 0.02 * np.sin(9 * vertices[:, 0])
     rolled[:, 0], rolled[:, 2] = radius * np.cos(angle), radius * np.sin(angle)
@@ -82,10 +82,11 @@ def test_self_collide_equals_brute_force(kind):
     assert len(expected) > 10
     assert pair_set(ab.self_collide(mesh).pairs) == expected
     assert pair_set(ab.self_collide(mesh, enable_contact=False).pairs) == expected
-    everything = ab.self_collide(mesh, filter="none", enable_contact=False)
-    assert len(everything) > len(ab.self_collide(mesh, filter="shared edge")) > len(expected)
-    with pytest.raises(ValueError, match="filter"):
-        ab.self_collide(mesh, filter="all")
+    everything = ab.self_collide(mesh, ignored=ab.Ignored(neighbours="none"), enable_contact=False)
+    by_edge = ab.self_collide(mesh, ignored=ab.Ignored(neighbours="shared edge"))
+    assert len(everything) > len(by_edge) > len(expected)
+    with pytest.raises(ValueError, match="neighbours"):
+        ab.Ignored(neighbours="all")
 
 
 def test_self_collide_is_in_the_world():
@@ -99,20 +100,20 @@ def test_self_collide_is_in_the_world():
     np.testing.assert_allclose(here.normals @ tf[:3, :3].T, there.normals, atol=1e-12)
 
 
-def test_solid_meshes_contain_what_is_inside(kind):
+def test_solid_meshes_contain_what_is_inside():
     """A small ball and a shape in a large ball: inside by the winding number, depth by distance."""
     (v1, f1), (v2, f2) = meshes.ball(2, 2.0), meshes.ball(1, 0.3)
-    outer, inner = ab.DeformableMesh(v1, f1, **kind), ab.DeformableMesh(v2, f2, **kind)
+    outer, inner = ab.DeformableMesh(v1, f1), ab.DeformableMesh(v2, f2)
     seen = set()
     for x in np.linspace(0, 3, 13):
         tf = meshes.place(x, 0.1, 0.2)
         world = meshes.placed(v2, tf)
         touches = (triangle_distances(v1, f1, world, f2) == 0).any()
         is_inside = np.abs(winding_numbers(world[:1], v1, f1)[0]) > 0.5
-        plain, solid = (ab.collide(outer, inner, None, tf, solid=s) for s in (False, True))
+        plain, solid = (ab.collide(outer, inner, tf2=tf, solid=s) for s in (False, True))
         assert (len(plain) > 0) == touches and (len(solid) > 0) == (touches or is_inside)
-        assert ab.is_nearer(outer, inner, 0, None, tf) == touches
-        assert ab.is_nearer(outer, inner, 0, None, tf, solid=True) == (touches or is_inside)
+        assert ab.is_nearer(outer, inner, 0, tf2=tf) == touches
+        assert ab.is_nearer(outer, inner, 0, tf2=tf, solid=True) == (touches or is_inside)
         seen.add((touches, is_inside))
         if touches or not is_inside:
             continue
@@ -121,12 +122,12 @@ def test_solid_meshes_contain_what_is_inside(kind):
         np.testing.assert_allclose(solid.depths, gaps, atol=1e-4)
         assert np.linalg.norm(world - solid.points, axis=1).min() < 1e-4
         sphere = ab.Sphere(0.2)
-        assert len(ab.collide(outer, sphere, None, tf)) == 0
-        assert len(ab.collide(outer, sphere, None, tf, solid=True)) == 1
-        assert ab.is_nearer(outer, sphere, 0, None, tf, solid=True)
+        assert len(ab.collide(outer, sphere, tf2=tf)) == 0
+        assert len(ab.collide(outer, sphere, tf2=tf, solid=True)) == 1
+        assert ab.is_nearer(outer, sphere, 0, tf2=tf, solid=True)
     assert seen >= {(False, True), (False, False)} and any(touches for touches, _ in seen)
     with pytest.raises(ValueError, match="edge"):
-        ab.collide(outer, ab.DeformableMesh(*meshes.sheet(2), **kind), solid=True)
+        ab.collide(outer, ab.DeformableMesh(*meshes.sheet(2)), solid=True)
 
 
 def combs(count):
@@ -150,7 +151,7 @@ def test_a_million_contacts_are_all_returned():
     scene.add(first)
     scene.add(second)
     scene.update()
-    found = scene.collisions(enable_contact=False).contacts
+    found = scene.collide(enable_contact=False).contacts
     assert len(found) == len(contacts) and not found.reached_limit
 
 
@@ -167,15 +168,15 @@ def test_a_limit_says_that_it_was_reached():
     for query in (
         lambda limit: ab.collide(first, second, max_contacts=limit),
         lambda limit: ab.self_collide(both, max_contacts=limit),
-        lambda limit: scene.collisions(contacts_per_pair=limit).contacts,
+        lambda limit: scene.collide(contacts_per_pair=limit).contacts,
     ):
         count = len(query(None))
         for limit in (None, 0, 1, count - 1, count, count + 1):
             contacts = query(limit)
             assert contacts.reached_limit == (limit is not None and limit <= count)
             assert len(contacts) == min(count, count if limit is None else limit)
-    assert scene.collisions(first_only=True).contacts.reached_limit
-    apart = ab.collide(first, second, None, meshes.place(0.0, 0.0, 9.0), max_contacts=1)
+    assert scene.collide(first_only=True).contacts.reached_limit
+    apart = ab.collide(first, second, tf2=meshes.place(0.0, 0.0, 9.0), max_contacts=1)
     assert not apart.reached_limit
     ball = ab.Sphere(0.2)
     assert ab.collide(first, ball, max_contacts=1).reached_limit

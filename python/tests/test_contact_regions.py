@@ -12,15 +12,15 @@ def pose(x, y, z):
 
 
 @pytest.fixture
-def ball(kind):
+def ball():
     vertices, faces = meshes.ball(4)
     vertices = vertices / np.linalg.norm(vertices, axis=1)[:, None]
-    return ab.DeformableMesh(vertices, faces, **kind)
+    return ab.DeformableMesh(vertices, faces)
 
 
 def test_regions_of_balls_are_caps(ball):
     apart = 1.4
-    found = ab.contact_regions(ball, ball, pose(0, 0, 3), pose(0, 0, 3 + apart))
+    found = ab.contact_regions(ball, ball, tf1=pose(0, 0, 3), tf2=pose(0, 0, 3 + apart))
     assert len(found) == 1
     volume = np.pi * (4 + apart) * (2 - apart) ** 2 / 12
     area = 2 * np.pi * (1 - apart / 2)
@@ -57,21 +57,21 @@ def test_a_tracker_follows_a_region(ball):
     assert step(1.5) == [("born", 3, 3)]
 
 
-def test_open_meshes_are_refused(ball, kind):
-    open_mesh = ab.DeformableMesh(ball.vertices, ball.faces[1:], **kind)
+def test_open_meshes_are_refused(ball):
+    open_mesh = ab.DeformableMesh(ball.vertices, ball.faces[1:])
     for pair in ((open_mesh, ball), (ball, open_mesh)):
         with pytest.raises(ValueError, match="the edge from vertex"):
             ab.contact_regions(*pair)
 
 
-def test_flush_boxes_have_the_axis_as_normal_whichever_way_they_face(kind):
+def test_flush_boxes_have_the_axis_as_normal_whichever_way_they_face():
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
     sides = [
         [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
         [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3],
     ]
-    cube = ab.DeformableMesh(corners, np.array(sides), **kind)
-    inside_out = ab.DeformableMesh(corners, np.array(sides)[:, ::-1], **kind)
+    cube = ab.DeformableMesh(corners, np.array(sides))
+    inside_out = ab.DeformableMesh(corners, np.array(sides)[:, ::-1])
     for first in (cube, inside_out):
         for x in (0.75, -0.75):
             found = ab.contact_regions(first, cube, tf2=pose(x, 0, 0))

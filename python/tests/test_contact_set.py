@@ -33,10 +33,10 @@ def test_triangles_are_those_of_a_new_query(is_self):
         tf = place(0.01 * step, 0, 0.9)
         if is_self:
             count = near.update()
-            found = ab.pairs_within(first, 0.2)
+            found = ab.self_pairs_within(first, 0.2)
         else:
             count = near.update(None, tf)
-            found = ab.pairs_within(first, second, 0.2, None, tf)
+            found = ab.pairs_within(first, second, 0.2, tf2=tf)
         numbered = near.triangles
         assert count == len(near) == len(found) == len(numbered)
         assert held(numbered) == as_set(found.triangles)
@@ -61,13 +61,13 @@ def test_features_are_those_of_a_new_query():
     for step in range(12):
         mesh.update(rest + 0.003 * np.sin(step + 9 * rest[:, [1, 0, 0]]))
         near.update()
-        found = ab.feature_pairs_within(mesh, 0.2)
+        found = ab.self_feature_pairs_within(mesh, 0.2)
         for kind in KINDS:
             numbered = getattr(near, kind)
             assert held(numbered) == as_set(getattr(found, kind))
             details = near.details(numbered.numbers, kind)
             pairs = ab.FeaturePairs(**{kind: numbered.pairs[numbered.numbers]})
-            expected = getattr(ab.feature_pair_details(mesh, pairs), kind)
+            expected = getattr(ab.self_feature_pair_details(mesh, pairs), kind)
             np.testing.assert_array_equal(expected.distances, details.distances)
             np.testing.assert_array_equal(expected.normals, details.normals)
             np.testing.assert_array_equal(
@@ -92,7 +92,7 @@ def test_of_a_scene():
         pairs = numbered.pairs[numbered.numbers]
         expected = set()
         for i, (a, b) in enumerate(found.bodies.tolist()):
-            for pair in found.found.triangles[found.offsets[i]:found.offsets[i + 1]].tolist():
+            for pair in found.found.triangles[found.begins[i]:found.begins[i + 1]].tolist():
                 expected.add((a, b, *pair))
         assert {(*b, *p) for b, p in zip(bodies.tolist(), pairs.tolist())} == expected
     scene.set_transform(ids[0], place(9, 9, 9))
@@ -112,7 +112,7 @@ def test_details_of_some_pairs_and_of_all():
     near.update(place(0, 0, 0), place(0, 0, 2.05))
     numbered = near.triangles
     every = near.details()
-    found = ab.pairs_within(a, b, 0.3, place(0, 0, 0), place(0, 0, 2.05), enable_distances=True)
+    found = ab.pairs_within(a, b, 0.3, tf1=place(0, 0, 0), tf2=place(0, 0, 2.05), enable_distances=True)
     distances = {tuple(p): d for p, d in zip(found.triangles.tolist(), found.distances)}
     assert len(every.distances) == len(near) == len(distances) > 20
     for pair, distance in zip(numbered.pairs[numbered.numbers].tolist(), every.distances):
@@ -154,7 +154,7 @@ def test_contacts_are_those_of_collide():
     for step in range(5):
         tf = place(0, 0.1, 1.9 - 0.05 * step)
         near.update(None, tf)
-        contacts, expected = near.contacts(), ab.collide(a, b, None, tf)
+        contacts, expected = near.contacts(), ab.collide(a, b, tf2=tf)
         assert as_set(contacts.pairs) == as_set(expected.pairs)
         assert len(contacts) == len(expected)
 
@@ -162,13 +162,17 @@ def test_contacts_are_those_of_collide():
 def test_ignored_and_labels():
     mesh = ab.DeformableMesh(*sheet(6))
     labels = np.arange(mesh.num_faces) % 2
-    for options in ({"labels": labels}, {"labels": labels, "label_rule": "within"},
-                    {"ignored": [[9, 2], [3, 30]]}, {"filter": "none"}):
-        near = ab.ContactSet(mesh, 0.25, **options)
+    by_labels = ab.SurfaceNeighbourhood.by_labels
+    for ignored in (by_labels(mesh, labels), by_labels(mesh, labels, "within"), [[9, 2], [3, 30]],
+                    ab.Ignored(neighbours="none"),
+                    ab.Ignored([[9, 2]], surface=by_labels(mesh, labels))):
+        expected = as_set(ab.self_pairs_within(mesh, 0.25, ignored=ignored).triangles)
+        near = ab.ContactSet(mesh, 0.25, ignored=ignored)
+        del ignored
         gc.collect()
         near.update()
-        assert held(near.triangles) == as_set(ab.pairs_within(mesh, 0.25, **options).triangles)
-    some = ab.feature_pairs_within(mesh, 0.25)
+        assert held(near.triangles) == expected
+    some = ab.self_feature_pairs_within(mesh, 0.25)
     ignored = ab.FeaturePairs(edge_edge=some.edge_edge[::2])
     near = ab.ContactSet(mesh, 0.25, elements="features", ignored=ignored)
     near.update()
@@ -180,7 +184,7 @@ def test_what_is_refused():
     for distance in (-1, np.nan):
         with pytest.raises(ValueError):
             ab.ContactSet(mesh, distance)
-    for options in ({"elements": "edges"}, {"filter": "beyond shared"}, {"filter": "all"}):
+    for options in ({"elements": "edges"}, {"ignored": ab.Ignored(neighbours="beyond shared")}):
         with pytest.raises(ValueError):
             ab.ContactSet(mesh, 0.1, **options)
     near = ab.ContactSet(mesh, 0.5)
@@ -219,4 +223,4 @@ def test_updates_and_sets_on_threads():
         thread.join()
     for one in near:
         one.update()
-        assert held(one.triangles) == as_set(ab.pairs_within(mesh, 0.2).triangles)
+        assert held(one.triangles) == as_set(ab.self_pairs_within(mesh, 0.2).triangles)

@@ -17,7 +17,7 @@ from meshes import ball, sheet, wave
 import adaptive_bvh as ab
 
 
-def components(kind):
+def components():
     """Three balls and a sheet through each other, in one mesh: mesh, vertices, faces, labels."""
     parts = [ball(1, 0.8), ball(1, 0.7), sheet(4), ball(0, 0.6)]
     shifts = [(0, 0, 0), (0.7, 0.2, 0.1), (0, 0, 0.3), (0.1, 0.8, 0)]
@@ -25,32 +25,33 @@ def components(kind):
     starts = np.cumsum([0] + [len(v) for v, _ in parts])
     faces = np.concatenate([f + start for (_, f), start in zip(parts, starts)])
     labels = np.repeat([7, 0, 7, 2**32 - 1], [len(f) for _, f in parts])  # two parts share one
-    mesh = ab.DeformableMesh(vertices, faces, **kind)
+    mesh = ab.DeformableMesh(vertices, faces)
     mesh.update(wave(vertices, 1))
-    return mesh, mesh.vertices.astype(float), faces, labels
+    return mesh, mesh.vertices, faces, labels
 
 
 @pytest.mark.parametrize("rule", ["within", "between"])
-def test_labels_of_triangles(kind, tolerance, rule):
-    mesh, vertices, faces, labels = components(kind)
+def test_labels_of_triangles(tolerance, rule):
+    mesh, vertices, faces, labels = components()
     same = labels[:, None] == labels[None]
     counts = np.triu(no_shared_vertices(faces), 1) & (same if rule == "within" else ~same)
     gaps = triangle_distances(vertices, faces, vertices, faces)
     touching = pair_set(np.argwhere((gaps == 0) & counts))
-    which = {"labels": labels, "label_rule": rule}
-    assert pair_set(ab.self_collide(mesh, **which).pairs) == touching and len(touching) > 10
-    found = pair_set(ab.pairs_within(mesh, 0.1, **which).triangles)
+    others = ab.SurfaceNeighbourhood.by_labels(mesh, labels, rule)
+    assert pair_set(ab.self_collide(mesh, ignored=others).pairs) == touching and len(touching) > 10
+    found = pair_set(ab.self_pairs_within(mesh, 0.1, ignored=others).triangles)
     assert pair_set(np.argwhere((gaps <= 0.1 - tolerance) & counts)) <= found
     assert found <= pair_set(np.argwhere((gaps <= 0.1 + tolerance) & counts))
     some = np.array(sorted(found))[::3]
-    rest = ab.pairs_within(mesh, 0.1, ignored=some[::-1], **which)
+    rest = ab.self_pairs_within(mesh, 0.1, ignored=ab.Ignored(some[::-1], surface=others))
     assert pair_set(rest.triangles) == found - pair_set(some)
 
 
 @pytest.mark.parametrize("rule", ["within", "between"])
-def test_labels_of_features(kind, tolerance, rule):
-    mesh, vertices, faces, labels = components(kind)
-    found = ab.feature_pairs_within(mesh, 0.3, labels=labels, label_rule=rule)
+def test_labels_of_features(tolerance, rule):
+    mesh, vertices, faces, labels = components()
+    others = ab.SurfaceNeighbourhood.by_labels(mesh, labels, rule)
+    found = ab.self_feature_pairs_within(mesh, 0.3, ignored=others)
     of_vertex = np.zeros(len(vertices), labels.dtype)
     for face, label in zip(faces[::-1], labels[::-1]):
         of_vertex[face] = label
@@ -86,25 +87,44 @@ def test_labels_of_features(kind, tolerance, rule):
         numbers,
     )
     ignored = ab.FeaturePairs(found.vertex_face[::2], edge_edge=found.edge_edge[::-2])
-    rest = ab.feature_pairs_within(mesh, 0.3, labels=labels, label_rule=rule, ignored=ignored)
+    both = ab.Ignored(ignored, surface=others)
+    rest = ab.self_feature_pairs_within(mesh, 0.3, ignored=both)
     assert len(rest) == len(found) - len(ignored) and len(rest.face_vertex) == 0
 
 
 def test_labels_that_are_none_are_refused():
     mesh = ab.DeformableMesh(*ball(1))
+    by_labels = ab.SurfaceNeighbourhood.by_labels
+    with pytest.raises(ValueError, match="one for each of 32 faces"):
+        by_labels(mesh, [1, 2])
+    with pytest.raises(ValueError, match="'within' or 'between'"):
+        by_labels(mesh, [0] * 32, "same")
+    with pytest.raises(IndexError):
+        by_labels(mesh, [-1] * 32)
+    with pytest.raises(TypeError):
+        by_labels(mesh, [0.5] * 32)
+
+
+def test_what_is_ignored_is_of_the_query_and_of_its_mesh():
+    mesh, other = ab.DeformableMesh(*ball(1)), ab.DeformableMesh(*ball(1))
+    surface = ab.SurfaceNeighbourhood(other)
     for query in (
-        lambda **which: ab.self_collide(mesh, **which),
-        lambda **which: ab.pairs_within(mesh, 0.1, **which),
-        lambda **which: ab.feature_pairs_within(mesh, 0.1, **which),
+        lambda ignored: ab.self_collide(mesh, ignored=ignored),
+        lambda ignored: ab.self_pairs_within(mesh, 0.1, ignored=ignored),
+        lambda ignored: ab.self_feature_pairs_within(mesh, 0.1, ignored=ignored),
+        lambda ignored: ab.self_least_distance(mesh, ignored, 1e-3),
+        lambda ignored: ab.ContactSet(mesh, 0.1, ignored=ignored),
     ):
-        with pytest.raises(ValueError, match="one for each of 32 faces"):
-            query(labels=[1, 2])
-        with pytest.raises(ValueError, match="'within' or 'between'"):
-            query(labels=[0] * 32, label_rule="same")
-        with pytest.raises(IndexError):
-            query(labels=[-1] * 32)
-        with pytest.raises(TypeError):
-            query(labels=[0.5] * 32)
+        with pytest.raises(ValueError, match="SurfaceNeighbourhood of another mesh"):
+            query(surface)
+        with pytest.raises(ValueError, match="SurfaceNeighbourhood of another mesh"):
+            query(ab.Ignored(surface=surface))
+    with pytest.raises(TypeError, match="FeaturePairs"):
+        ab.self_pairs_within(mesh, 0.1, ignored=ab.FeaturePairs())
+    with pytest.raises(TypeError, match="FeaturePairs"):
+        ab.self_feature_pairs_within(mesh, 0.1, ignored=[[0, 1]])
+    with pytest.raises(TypeError):
+        ab.Ignored(surface=mesh)
 
 
 # ---- Neighbours, judged in rational numbers -------------------------------------------------------
@@ -164,7 +184,7 @@ def meet_again(corners1, face1, corners2, face2):
     return any(not is_on(x, shared) for x in points) if shared else len(points) > 0
 
 
-def test_neighbours_that_meet_beyond_what_they_share(kind):
+def test_neighbours_that_meet_beyond_what_they_share():
     """Fans of triangles on a small lattice: many are folded over each other, or cross."""
     rng = np.random.default_rng(12)
     found = {1: 0, 2: 0, 3: 0}
@@ -184,8 +204,8 @@ def test_neighbours_that_meet_beyond_what_they_share(kind):
                 if meet_again(corners[i], list(faces[i]), corners[j], list(faces[j])):
                     expected.add((i, j))
                     found[shared] += 1
-        mesh = ab.DeformableMesh(vertices, faces, **kind)
-        pairs = ab.self_collide(mesh, filter="beyond shared").pairs
+        mesh = ab.DeformableMesh(vertices, faces)
+        pairs = ab.self_collide(mesh, ignored=ab.Ignored(neighbours="beyond shared")).pairs
         neighbours = {
             (i, j)
             for i, j in pair_set(pairs)
@@ -201,8 +221,8 @@ def test_a_fold_is_found():
     vertices = [[0, 0, 0], [2, 0, 0], [0, 2, 0], [0.5, 0.5, 0]]
     mesh = ab.DeformableMesh(vertices, [[0, 1, 2], [1, 0, 3]])
     assert len(ab.self_collide(mesh)) == 0
-    assert ab.self_collide(mesh, filter="beyond shared").pairs.tolist() == [[0, 1]]
+    assert ab.self_collide(mesh, ignored=ab.Ignored(neighbours="beyond shared")).pairs.tolist() == [[0, 1]]
     mesh.update([3], [[0.5, -0.5, 0]])
-    assert len(ab.self_collide(mesh, filter="beyond shared")) == 0
+    assert len(ab.self_collide(mesh, ignored=ab.Ignored(neighbours="beyond shared"))) == 0
     with pytest.raises(ValueError, match="BeyondShared"):
-        ab.pairs_within(mesh, 0.1, filter="beyond shared")
+        ab.self_pairs_within(mesh, 0.1, ignored=ab.Ignored(neighbours="beyond shared"))

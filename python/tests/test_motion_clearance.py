@@ -29,11 +29,11 @@ def test_a_pass_between_two_frames():
     assert least.lower <= least.upper <= least.lower + 1.0001e-5
     assert not least.meets
     sampled = min(
-        ab.distance(ball, other, moved(-5 + 10 * t, 2.5, 0)).distance
+        ab.distance(ball, other, tf1=moved(-5 + 10 * t, 2.5, 0)).distance
         for t in np.linspace(0, 1, 201)
     )
     assert least.lower <= sampled
-    there = ab.distance(ball, other, moved(-5 + 10 * least.time, 2.5, 0)).distance
+    there = ab.distance(ball, other, tf1=moved(-5 + 10 * least.time, 2.5, 0)).distance
     assert there == pytest.approx(least.upper, abs=1e-9)
     assert least.triangles.shape == (2,)
     gap = np.linalg.norm(least.points[0] - least.points[1])
@@ -42,7 +42,7 @@ def test_a_pass_between_two_frames():
     times = ab.intervals_below(motion, other, 1.0, 1e-4)
     assert times.shape == (1, 2)
     for t in np.linspace(0, 1, 101):
-        d = ab.distance(ball, other, moved(-5 + 10 * t, 2.5, 0)).distance
+        d = ab.distance(ball, other, tf1=moved(-5 + 10 * t, 2.5, 0)).distance
         inside = times[0, 0] <= t <= times[0, 1]
         assert d <= 1.0001 if inside else d >= 1.0 - 1e-9
 
@@ -72,14 +72,15 @@ def test_a_mesh_with_itself():
     rings = ab.SurfaceNeighbourhood.by_rings(ball, 2)
     labels = ab.SurfaceNeighbourhood.by_labels(ball, np.arange(len(faces)) % 2, "between")
     assert labels.contains(0, 2) and rings.contains(0, 0)
-    still = ab.least_self_distance(ball, near, 1e-4)
+    still = ab.self_least_distance(ball, near, 1e-4)
     flat = np.array(vertices)
     flat[:, 2] *= 0.1
-    over = ab.least_self_distance(ab.Motion(ball, vertices, flat), near, 1e-4)
+    over = ab.self_least_distance(ab.Motion(ball, vertices, flat), near, 1e-4)
     assert over.upper < still.upper
     times = ab.self_intervals_below(ab.Motion(ball, vertices, flat), near, over.upper + 0.01, 1e-3)
     assert times.shape[1] == 2 and len(times) >= 1
-    without = ab.least_self_distance(ball, near, 1e-4, ignored=[still.triangles])
+    without = ab.self_least_distance(
+        ball, ab.Ignored([still.triangles], surface=near), 1e-4)
     assert without.triangles.tolist() != still.triangles.tolist()
 
 
@@ -117,4 +118,4 @@ def test_what_is_refused():
         ab.SurfaceNeighbourhood.by_distance(ball, -1)
     other = ab.DeformableMesh(vertices, faces)
     with pytest.raises(ValueError):
-        ab.least_self_distance(other, ab.SurfaceNeighbourhood(ball), 1e-3)
+        ab.self_least_distance(other, ab.SurfaceNeighbourhood(ball), 1e-3)

@@ -244,8 +244,8 @@ def test_the_saved_picture_has_the_distance_and_its_legend(browser, reports, tmp
       };
       const one = (name) => document.querySelector(name);
       return {tag: place(one("#tag").getBoundingClientRect()),
-        ramp: place(one("#clearance-legend .ramp").getBoundingClientRect()),
-        texts: [...document.querySelectorAll("#clearance-legend .title, .ends span, #scale")]
+        ramp: place(one("#distance-legend .ramp").getBoundingClientRect()),
+        texts: [...document.querySelectorAll("#distance-legend .title, .ends span, #scale")]
           .map(text)};
     })()""")
 

@@ -7,9 +7,9 @@ import adaptive_bvh as ab
 
 
 @pytest.fixture
-def ball(kind):
+def ball():
     vertices, faces = meshes.ball(2)
-    return ab.DeformableMesh(vertices, faces, **kind), vertices, faces
+    return ab.DeformableMesh(vertices, faces), vertices, faces
 
 
 def pose(x, y, z):
@@ -22,9 +22,9 @@ def test_vertex_contacts_equal_brute_force(ball, tolerance):
     mesh, vertices, faces = ball
     radius = np.linalg.norm(vertices, axis=1).max()
     tf = pose(0, 0, 1.8 * radius)
-    found = ab.vertex_contacts(mesh, mesh, 0.3 * radius, tf=tf)
-    placed = mesh.vertices.astype(float) + tf[:3, 3]
-    near = surface_distances(placed, mesh.vertices.astype(float), faces).min(axis=1)
+    found = ab.vertex_contacts(mesh, mesh, 0.3 * radius, tf1=tf)
+    placed = mesh.vertices + tf[:3, 3]
+    near = surface_distances(placed, mesh.vertices, faces).min(axis=1)
     inside = ab.signed_distances(mesh, placed) < 0
     np.testing.assert_array_equal(found.vertices, np.flatnonzero(inside | (near < 0.3 * radius)))
     assert 0 < inside.sum() < len(found)
@@ -32,7 +32,7 @@ def test_vertex_contacts_equal_brute_force(ball, tolerance):
     np.testing.assert_allclose(found.distances, signed, atol=tolerance)
     np.testing.assert_allclose(found.positions, placed[found.vertices], atol=tolerance)
     np.testing.assert_allclose(np.linalg.norm(found.normals, axis=1), 1, atol=1e-6)
-    corners = mesh.vertices.astype(float)[faces[found.triangles]]
+    corners = mesh.vertices[faces[found.triangles]]
     nearest = (found.barycentric[..., None] * corners).sum(axis=1)
     np.testing.assert_allclose(found.nearest_points, nearest, atol=10 * tolerance)
     force = (-(0.3 * radius - found.distances) * found.areas)[:, None] * found.normals
@@ -41,22 +41,22 @@ def test_vertex_contacts_equal_brute_force(ball, tolerance):
 
 def test_vertex_contacts_with_a_shape(ball, tolerance):
     mesh, _, _ = ball
-    positions = mesh.vertices.astype(float)
-    found = ab.vertex_contacts(mesh, ab.Sphere(0.9), 0.3, other_tf=pose(0.21, 0, 0))
+    positions = mesh.vertices
+    found = ab.vertex_contacts(mesh, ab.Sphere(0.9), 0.3, tf2=pose(0.21, 0, 0))
     distances = np.linalg.norm(positions - [0.21, 0, 0], axis=1) - 0.9
     np.testing.assert_array_equal(found.vertices, np.flatnonzero(distances <= 0.3))
     np.testing.assert_allclose(found.distances, distances[found.vertices], atol=tolerance)
     assert (found.triangles == -1).all()
 
 
-def test_vertex_contacts_of_both_are_two_calls(ball, kind):
+def test_vertex_contacts_of_both_are_two_calls(ball):
     first, vertices, faces = ball
-    second = ab.DeformableMesh(0.7 * meshes.wave(vertices, 1), faces, **kind)
+    second = ab.DeformableMesh(0.7 * meshes.wave(vertices, 1), faces)
     tf1, tf2 = pose(0.1, 0, 0), pose(1.4, 0.2, 0.1)
-    both = ab.vertex_contacts_of_both(first, second, 0.1, tf1, tf2)
+    both = ab.vertex_contacts_of_both(first, second, 0.1, tf1=tf1, tf2=tf2)
     assert isinstance(both, tuple)
-    alone = (ab.vertex_contacts(first, second, 0.1, tf1, tf2),
-             ab.vertex_contacts(second, first, 0.1, tf2, tf1))
+    alone = (ab.vertex_contacts(first, second, 0.1, tf1=tf1, tf2=tf2),
+             ab.vertex_contacts(second, first, 0.1, tf1=tf2, tf2=tf1))
     for found, expected in zip(both, alone):
         assert (expected.distances < 0).any() and (expected.distances > 0).any()
         for name in ("vertices", "distances", "positions", "nearest_points", "normals",
@@ -65,7 +65,7 @@ def test_vertex_contacts_of_both_are_two_calls(ball, kind):
     assert both[0].normals[:, 0].mean() > 0 > both[1].normals[:, 0].mean()
     assert [len(found) for found in ab.vertex_contacts_of_both(first, first, tf2=pose(9, 0, 0))] == [
         0, 0]
-    open_mesh = ab.DeformableMesh(vertices, faces[1:], **kind)
+    open_mesh = ab.DeformableMesh(vertices, faces[1:])
     for pair in ((open_mesh, first), (first, open_mesh)):
         with pytest.raises(ValueError, match="the edge from vertex"):
             ab.vertex_contacts_of_both(*pair)
@@ -98,7 +98,7 @@ def test_signs_and_winding_numbers_of_points(ball):
         ab.winding_numbers(mesh, [[0, np.nan, 0]])
 
 
-def test_winding_numbers_where_rays_lie_in_planes(kind):
+def test_winding_numbers_where_rays_lie_in_planes():
     """Of triangles in the plane y = z: rays along x meet their edges, but not the triangles."""
     random = np.random.default_rng(54)
     faces = np.arange(9).reshape(3, 3)
@@ -108,7 +108,7 @@ def test_winding_numbers_where_rays_lie_in_planes(kind):
         for x in vertices, points:
             in_plane = random.integers(0, 4, len(x)) > 0
             x[in_plane, 2] = x[in_plane, 1]
-        mesh = ab.DeformableMesh(vertices, faces, **kind)
+        mesh = ab.DeformableMesh(vertices, faces)
         points = points[ab.closest_points(mesh, points).distances > 1e-3]
         expected = winding_numbers(points, vertices, faces)
         np.testing.assert_allclose(ab.winding_numbers(mesh, points), expected, atol=1e-6)
@@ -144,7 +144,7 @@ def test_signed_distance_of_a_body_and_a_shape(ball):
     with pytest.raises(ValueError, match="no inside"):
         ab.signed_distance(mesh, ab.Plane([0, 0, 1], 0.0), 0)
     with pytest.raises(ValueError, match="the edge from vertex"):
-        open_mesh = ab.DeformableMesh(vertices, faces[1:], dtype=mesh.dtype)
+        open_mesh = ab.DeformableMesh(vertices, faces[1:])
         ab.signed_distance(open_mesh, mesh, 0)
     with pytest.raises(ValueError, match="tolerance"):
         ab.signed_distance(mesh, mesh, np.nan)

@@ -7,11 +7,11 @@ import adaptive_bvh as ab
 
 
 @pytest.fixture
-def moved(kind):
+def moved():
     vertices, faces = meshes.ball(2)
-    mesh = ab.DeformableMesh(vertices, faces, **kind)
+    mesh = ab.DeformableMesh(vertices, faces)
     mesh.update(meshes.wave(vertices, 2))
-    return mesh, mesh.vertices.astype(float), faces
+    return mesh, mesh.vertices, faces
 
 
 def test_closest_points_equal_brute_force(moved, tolerance):

@@ -11,31 +11,31 @@ from meshes import ball, sheet
 
 
 @pytest.fixture
-def run(kind):
+def run():
     """A recording of a sheet above a ball, and the sheet's mesh and vertices."""
     try:
         recording = ab.Recording(title="sheet & ball", unit="mm")
     except RuntimeError as missing:
         pytest.skip(str(missing))
     vertices, faces = sheet()
-    mesh = ab.DeformableMesh(vertices, faces, **kind)
+    mesh = ab.DeformableMesh(vertices, faces)
     assert recording.add(mesh, None, name="sheet") == 0
     assert recording.add(ab.weld_vertices(*ball()), ([[1, 0, 0], [0, 1, 0], [0, 0, 1]], [0, 0, -2]),
                          name="ball") == 1
     return recording, mesh, vertices
 
 
-def test_a_run_is_written_whole(run, kind, tmp_path):
+def test_a_run_is_written_whole(run, tmp_path):
     recording, mesh, vertices = run
-    obstacle = ab.DeformableMesh(*ball(), **kind)
+    obstacle = ab.DeformableMesh(*ball())
     below = np.eye(4)
     below[2, 3] = -2
     for step in range(4):
         mesh.update(vertices - [0, 0, 0.3 * step])
-        distance = ab.distance(mesh, obstacle, None, below)
-        contacts = ab.collide(mesh, obstacle, None, below)
+        distance = ab.distance(mesh, obstacle, tf2=below)
+        contacts = ab.collide(mesh, obstacle, tf2=below)
         recording.frame(distance, contacts, update_ms=0.5, query_ms=0.25,
-                        clearance={0: np.linspace(0, 1, len(vertices))}, note=f"step {step}")
+                        vertex_distances={0: np.linspace(0, 1, len(vertices))}, note=f"step {step}")
     assert (recording.num_bodies, recording.num_frames) == (2, 4)
     assert recording.num_bytes > 4 * 6 * len(vertices)
     page = tmp_path / "run.html"
@@ -63,13 +63,13 @@ def test_errors(run, tmp_path):
     with pytest.raises(TypeError):
         recording.add("sheet")
     with pytest.raises(ValueError):
-        recording.frame(clearance={0: [1.0, 2.0]})
+        recording.frame(vertex_distances={0: [1.0, 2.0]})
     with pytest.raises(ValueError):
-        recording.frame(clearance={5: np.zeros(len(vertices))})
+        recording.frame(vertex_distances={5: np.zeros(len(vertices))})
     with pytest.raises(ValueError):
-        recording.frame(clearance={0: np.zeros((2, 2))})
+        recording.frame(vertex_distances={0: np.zeros((2, 2))})
     with pytest.raises(TypeError):
-        recording.frame(clearance={"sheet": np.zeros(len(vertices))})
+        recording.frame(vertex_distances={"sheet": np.zeros(len(vertices))})
     assert recording.num_frames == 0
     recording.frame()
     assert recording.add(mesh, name="late") == 2  # from the next frame on

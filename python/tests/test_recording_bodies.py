@@ -38,8 +38,8 @@ def test_shapes_are_bodies(recording, shape, size):
     np.testing.assert_array_equal(page.pose(0, 0), place(1, 2, 3))
 
 
-def test_bodies_appear_and_vanish(recording, kind):
-    mesh = ab.DeformableMesh(*ball(), **kind)
+def test_bodies_appear_and_vanish(recording):
+    mesh = ab.DeformableMesh(*ball())
     recording.add(ab.Sphere(1), name="early")
     recording.frame()
     assert recording.add(mesh, name="late") == 1
@@ -58,10 +58,10 @@ def test_bodies_appear_and_vanish(recording, kind):
     assert recording.num_bodies == 2
 
 
-def test_a_scene_is_followed(recording, kind):
+def test_a_scene_is_followed(recording):
     vertices, faces = sheet()
-    cloth = ab.DeformableMesh(vertices, faces, **kind)
-    scene = ab.Scene(**kind)
+    cloth = ab.DeformableMesh(vertices, faces)
+    scene = ab.Scene()
     of_cloth, of_ball = scene.add(cloth), scene.add(ab.Sphere(0.5), place(0, 0, 3))
     recording.follow(scene, lambda body: f"number {body}")
     assert (recording.body_of(of_cloth), recording.body_of(of_ball)) == (0, 1)
@@ -71,7 +71,7 @@ def test_a_scene_is_followed(recording, kind):
     scene.set_transform(of_ball, place(-2, 0, 3))
     of_box = scene.add(ab.Box(1, 2, 3))
     assert recording.body_of(of_box) == 2  # before a frame has it
-    recording.frame(clearance={recording.body_of(of_cloth): np.arange(len(vertices))})
+    recording.frame(vertex_distances={recording.body_of(of_cloth): np.arange(len(vertices))})
     scene.remove(of_ball)
     recording.frame()
     page = Page(recording.html())
@@ -82,7 +82,7 @@ def test_a_scene_is_followed(recording, kind):
     np.testing.assert_array_equal(page.pose(0, 1), place(0, 0, 3))
     np.testing.assert_array_equal(page.pose(1, 1), place(-2, 0, 3))
     assert page.frame(2)["bodies"][1] is None and page.frame(2)["bodies"][2] is not None
-    assert page.frame(1)["bodies"][0]["clearance"]["high"] == len(vertices) - 1
+    assert page.frame(1)["bodies"][0]["vertexDistances"]["high"] == len(vertices) - 1
 
 
 def test_errors_of_following(recording):
@@ -160,10 +160,10 @@ def test_it_keeps_the_scene_and_is_collected_with_it(recording):
     assert owner() is None
 
 
-def test_threads_take_turns(recording, kind):
+def test_threads_take_turns(recording):
     vertices, faces = sheet(8)
-    mesh = ab.DeformableMesh(vertices, faces, **kind)
-    scene = ab.Scene(**kind)
+    mesh = ab.DeformableMesh(vertices, faces)
+    scene = ab.Scene()
     scene.add(mesh)
     scene.add(ab.Sphere(0.3), place(0, 0, 2))
     recording.follow(scene, lambda body: str(body))

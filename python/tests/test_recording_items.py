@@ -18,23 +18,23 @@ def recording():
 
 
 @pytest.fixture
-def balls(recording, kind):
+def balls(recording):
     """Two welded balls that overlap, as bodies 0 and 1, and the second's pose."""
-    first, second = (ab.DeformableMesh(*ball(3), **kind) for _ in range(2))
+    first, second = (ab.DeformableMesh(*ball(3)) for _ in range(2))
     aside = place(1.5, 0.1, 0.2)
     assert recording.add(first, name="first") == 0
     assert recording.add(second, aside, name="second") == 1
     return recording, first, second, aside
 
 
-def contact_forces(contacts, margin, stiffness=7.0):
-    size = stiffness * (margin - contacts.distances) * contacts.areas
+def contact_forces(contacts, distance, stiffness=7.0):
+    size = stiffness * (distance - contacts.distances) * contacts.areas
     return -size[:, None] * contacts.normals
 
 
 def test_arrows_are_those_of_the_contacts(balls):
     recording, first, second, aside = balls
-    contacts = ab.vertex_contacts(first, second, 0.05, None, aside)
+    contacts = ab.vertex_contacts(first, second, 0.05, tf2=aside)
     forces = contact_forces(contacts, 0.05)
     assert len(contacts) > 10
     recording.frame(arrows={"contact force, N": (contacts.positions, forces),
@@ -53,8 +53,8 @@ def test_arrows_are_those_of_the_contacts(balls):
 def test_segments_join_nearest_points_of_features(balls):
     recording, first, second, aside = balls
     apart = place(2.05, 0, 0)
-    pairs = ab.feature_pairs_within(first, second, 0.2, None, apart)
-    found = ab.feature_pair_details(first, second, pairs, None, apart).vertex_face
+    pairs = ab.feature_pairs_within(first, second, 0.2, tf2=apart)
+    found = ab.feature_pair_details(first, second, pairs, tf2=apart).vertex_face
     assert len(found) > 3
     other = np.array([[[0, 1, 2], [3, 4, 5]]])  # integers are numbers
     recording.frame(segments={"pair": found.nearest_points, "other": other},
@@ -70,12 +70,12 @@ def test_segments_join_nearest_points_of_features(balls):
 
 def test_patches_are_those_of_the_regions(balls):
     recording, first, second, aside = balls
-    regions, tracker = ab.contact_regions(first, second, None, aside), ab.ContactTracker()
+    regions, tracker = ab.contact_regions(first, second, tf2=aside), ab.ContactTracker()
     tracker.track(regions)
     assert len(regions) == 1
     recording.frame(patches={0: regions.first, 1: (regions.second, tracker.ids + 40)})
     recording.frame(patches={1: ([5, 2, 5], np.array([7, 8, 9], np.uint16))})
-    recording.frame(patches={0: ab.contact_regions(first, second, None, place(9, 0, 0)).first})
+    recording.frame(patches={0: ab.contact_regions(first, second, tf2=place(9, 0, 0)).first})
     page = Page(recording.html())
     triangles = regions.first.triangles.tolist()
     assert page.patches(0, 0) == [triangles, [0] * len(triangles)]
@@ -86,23 +86,23 @@ def test_patches_are_those_of_the_regions(balls):
     assert page.patches(2, 0) == [[], []]
 
 
-def test_results_of_several_pairs_and_of_scenes(recording, kind):
+def test_results_of_several_pairs_and_of_scenes(recording):
     vertices, faces = sheet()
-    mesh = ab.DeformableMesh(vertices, faces, **kind)
-    scene = ab.Scene(**kind)
+    mesh = ab.DeformableMesh(vertices, faces)
+    scene = ab.Scene()
     body, touching = scene.add(mesh), scene.add(ab.Sphere(0.5), place(0, 0, 0.3))
     far = scene.add(ab.Sphere(0.5), place(0, 0, 2))
     scene.update()
     recording.follow(scene)
-    near = ab.distance(mesh, ab.Sphere(0.5), None, place(0, 0, 2))
+    near = ab.distance(mesh, ab.Sphere(0.5), tf2=place(0, 0, 2))
     gap = scene.nearest(far)
-    touches = scene.collisions()
-    more = ab.collide(mesh, ab.Sphere(0.5), None, place(0.5, 0, 0.2))
+    touches = scene.collide()
+    more = ab.collide(mesh, ab.Sphere(0.5), tf2=place(0.5, 0, 0.2))
     assert len(touches) == 1 and len(more) > 0
     recording.frame([near, gap, 7.0], [touches, more, [[1, 2, 3.0]]], note="all & <more>",
                     update_ms=1e3 * mesh.last_update.seconds, query_ms=0)
     recording.frame(0.125, np.zeros((2, 3)))
-    alone = ab.Scene(**kind)
+    alone = ab.Scene()
     alone.add(mesh)
     alone.update()
     recording.frame(alone.distance(), ab.collide(mesh, ab.Sphere(0.5), enable_contact=False))
@@ -128,11 +128,11 @@ def test_arrays_of_other_libraries(balls):
     recording.frame(contacts=Tensor(rows), arrows={"a": (Tensor(rows), Tensor(-rows))},
                     segments={"s": Tensor(rows.reshape(1, 2, 3))},
                     patches={1: (Tensor(np.array([3, 4])), Tensor(np.array([0, 1])))},
-                    clearance={np.int64(0): Tensor(np.arange(float(balls[1].num_vertices)))})
+                    vertex_distances={np.int64(0): Tensor(np.arange(float(balls[1].num_vertices)))})
     page = Page(recording.html())
     check_points(page.points(page.frame(0)["arrows"][0]["blocks"][1]), -rows)
     assert page.patches(0, 1) == [[3, 4], [0, 1]]
-    assert page.frame(0)["bodies"][0]["clearance"]["high"] == balls[1].num_vertices - 1
+    assert page.frame(0)["bodies"][0]["vertexDistances"]["high"] == balls[1].num_vertices - 1
     with pytest.raises(TypeError, match="CUDA"):
         recording.frame(contacts=Tensor(rows, device=(2, 0)))
     assert recording.num_frames == 1
@@ -162,9 +162,9 @@ REFUSED = [
     (TypeError, dict(distance=[1.0, None])),
     (ValueError, dict(update_ms=np.nan)),
     (ValueError, dict(query_ms=np.inf)),
-    (ValueError, dict(clearance={0: np.full(258, np.nan)})),
-    (ValueError, dict(clearance={0: np.zeros(257)})),
-    (IndexError, dict(clearance={-1: np.zeros(258)})),
+    (ValueError, dict(vertex_distances={0: np.full(258, np.nan)})),
+    (ValueError, dict(vertex_distances={0: np.zeros(257)})),
+    (IndexError, dict(vertex_distances={-1: np.zeros(258)})),
     (ValueError, dict(patches={0: ([512], [0])})),
     (IndexError, dict(patches={0: ([-1], [0])})),
     (IndexError, dict(patches={0: ([1], [-1])})),
@@ -195,7 +195,7 @@ def test_what_is_refused_changes_nothing(balls, error, wrong):
 
 def test_results_that_were_written_to_are_refused(balls):
     recording, first, second, aside = balls
-    regions = ab.contact_regions(first, second, None, aside)
+    regions = ab.contact_regions(first, second, tf2=aside)
     with pytest.raises(ValueError, match="2 ids for 1 regions"):
         recording.frame(patches={0: (regions.first, [1, 2])})
     for begins in ([0, 10**9], [5, 1], [-1, 3]):
@@ -210,12 +210,12 @@ def test_results_that_were_written_to_are_refused(balls):
 
 
 def test_series_times_and_the_range_of_colours(balls):
-    recording = ab.Recording(unit="m", time_unit="ms", clearance_range=(0, 0.25))
+    recording = ab.Recording(unit="m", time_unit="ms", vertex_distance_range=(0, 0.25))
     recording.add(balls[1], name="ball")
     recording.frame(series={"energy, J": 2.5, "contacts": 3}, time=0.125)
     recording.frame(time=0.25)
     page = Page(recording.html())
-    assert page.run["timeUnit"] == "ms" and page.run["clearanceRange"] == [0, 0.25]
+    assert page.run["timeUnit"] == "ms" and page.run["vertexDistanceRange"] == [0, 0.25]
     assert page.frame(0)["series"] == {"energy, J": 2.5, "contacts": 3}
     assert [page.frame(f)["time"] for f in (0, 1)] == [0.125, 0.25]
     assert "series" not in page.frame(1)
@@ -225,6 +225,6 @@ def test_series_times_and_the_range_of_colours(balls):
         recording.frame(series={"energy": "2"})
     with pytest.raises(TypeError):
         recording.frame(series={3: 2.0})
-    with pytest.raises(ValueError, match="clearance_range"):
-        ab.Recording(clearance_range=(0, 1, 2))
+    with pytest.raises(ValueError, match="vertex_distance_range"):
+        ab.Recording(vertex_distance_range=(0, 1, 2))
     assert recording.num_frames == 2

@@ -66,40 +66,40 @@ def _ellipsoid():
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_distance_equals_brute_force(name, kind):
+def test_distance_equals_brute_force(name):
     shape, brute = CASES[name]
     rng = np.random.default_rng(6)
     vertices, faces = meshes.sheet(2)
-    mesh = ab.DeformableMesh(vertices, faces, **kind)
+    mesh = ab.DeformableMesh(vertices, faces)
     for step in range(2):
         moved = meshes.wave(vertices, step)
         mesh.update(moved)
         tf = meshes.pose(rng, 2.5)
         expected = brute(moved, faces, tf)
-        result = ab.distance(mesh, shape, None, tf)
+        result = ab.distance(mesh, shape, tf2=tf)
         assert result.distance == pytest.approx(expected, abs=2e-3)
-        swapped = ab.distance(shape, mesh, tf, None)
+        swapped = ab.distance(shape, mesh, tf1=tf)
         assert swapped.distance == result.distance
         np.testing.assert_array_equal(swapped.points, result.points[::-1])
         assert tuple(swapped.triangles) == tuple(result.triangles[::-1])
         assert result.triangles[1] == -1 and result.triangles[0] >= 0
         gap = np.linalg.norm(result.points[0] - result.points[1])
         assert gap == pytest.approx(result.distance, abs=1e-3)
-        assert len(ab.collide(mesh, shape, None, tf)) == 0
+        assert len(ab.collide(mesh, shape, tf2=tf)) == 0
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_shapes_that_touch(name, kind):
+def test_shapes_that_touch(name):
     shape, _ = CASES[name]
     vertices, faces = meshes.sheet(4)
-    mesh = ab.DeformableMesh(vertices, faces, **kind)
+    mesh = ab.DeformableMesh(vertices, faces)
     tf = (np.eye(3), [0.1, 0.2, 0.05])
-    contacts, swapped = ab.collide(mesh, shape, None, tf), ab.collide(shape, mesh, tf, None)
+    contacts, swapped = ab.collide(mesh, shape, tf2=tf), ab.collide(shape, mesh, tf1=tf)
     assert len(contacts) == len(swapped) > 0
     assert (contacts.pairs[:, 1] == -1).all() and (swapped.pairs[:, 0] == -1).all()
     np.testing.assert_array_equal(contacts.pairs, swapped.pairs[:, ::-1])
     np.testing.assert_array_equal(contacts.normals, -swapped.normals)
-    assert ab.distance(mesh, shape, None, tf).distance == 0
+    assert ab.distance(mesh, shape, tf2=tf).distance == 0
 
 
 def half_space_distance(v, normal, offset, tf, is_plane):
@@ -110,10 +110,10 @@ def half_space_distance(v, normal, offset, tf, is_plane):
 
 
 @pytest.mark.parametrize("shape_type", [ab.Plane, ab.Halfspace])
-def test_planes_and_half_spaces_equal_brute_force(shape_type, kind, tolerance):
+def test_planes_and_half_spaces_equal_brute_force(shape_type, tolerance):
     rng = np.random.default_rng(11)
     vertices, faces = meshes.sheet(3)
-    mesh = ab.DeformableMesh(vertices, faces, **kind)
+    mesh = ab.DeformableMesh(vertices, faces)
     touching = 0
     for step in range(8):
         moved = meshes.wave(vertices, step)
@@ -121,13 +121,13 @@ def test_planes_and_half_spaces_equal_brute_force(shape_type, kind, tolerance):
         normal, offset, tf = meshes.rotation(rng)[0], rng.normal(), meshes.pose(rng, 1.5)
         shape = shape_type(normal, offset)
         expected = half_space_distance(moved, normal, offset, tf, shape_type is ab.Plane)
-        result = ab.distance(mesh, shape, None, tf)
+        result = ab.distance(mesh, shape, tf2=tf)
         assert result.distance == pytest.approx(expected, abs=10 * tolerance)
-        assert ab.distance(shape, mesh, tf, None).distance == result.distance
+        assert ab.distance(shape, mesh, tf1=tf).distance == result.distance
         assert result.triangles[1] == -1 and result.triangles[0] >= 0
         gap = np.linalg.norm(result.points[0] - result.points[1])
         assert gap == pytest.approx(expected, abs=10 * tolerance)
-        contacts = ab.collide(mesh, shape, None, tf)
+        contacts = ab.collide(mesh, shape, tf2=tf)
         assert (len(contacts) > 0) == (expected == 0) and (contacts.depths >= 0).all()
         touching += expected == 0
     assert 0 < touching < 8
@@ -152,7 +152,7 @@ def test_planes_can_be_read_and_need_a_unit_normal():
 
 def test_sphere_contact_has_normal_from_the_first_to_the_second():
     mesh = ab.DeformableMesh(*meshes.sheet(1))
-    above = ab.collide(mesh, ab.Sphere(1), None, (np.eye(3), [0, 0, 0.9]))
+    above = ab.collide(mesh, ab.Sphere(1), tf2=(np.eye(3), [0, 0, 0.9]))
     np.testing.assert_allclose(above.normals, [[0, 0, 1]] * len(above), atol=1e-9)
     np.testing.assert_allclose(above.depths, 0.1, atol=1e-9)
 
@@ -225,16 +225,16 @@ def test_a_convex_answers_as_the_box_that_it_is():
     for _ in range(30):
         tf = meshes.pose(rng, 0.9)
         for other in (mesh, ab.Sphere(0.4), ab.Cone(0.3, 0.8), ab.Box(0.4, 0.4, 0.4)):
-            found = ab.distance(other, hull(CUBE), None, tf)
-            expected = ab.distance(other, ab.Box(0.5, 0.7, 0.9), None, tf)
+            found = ab.distance(other, hull(CUBE), tf2=tf)
+            expected = ab.distance(other, ab.Box(0.5, 0.7, 0.9), tf2=tf)
             assert found.distance == pytest.approx(expected.distance, abs=1e-10)
-            touching = ab.collide(other, hull(CUBE), None, tf)
-            box = ab.collide(other, ab.Box(0.5, 0.7, 0.9), None, tf)
+            touching = ab.collide(other, hull(CUBE), tf2=tf)
+            box = ab.collide(other, ab.Box(0.5, 0.7, 0.9), tf2=tf)
             np.testing.assert_array_equal(touching.pairs, box.pairs)
             np.testing.assert_allclose(touching.depths, box.depths, atol=1e-9)
         np.testing.assert_allclose(
-            ab.signed_distance(mesh, hull(CUBE), 1e-6, None, tf).upper,
-            ab.signed_distance(mesh, ab.Box(0.5, 0.7, 0.9), 1e-6, None, tf).upper,
+            ab.signed_distance(mesh, hull(CUBE), 1e-6, tf2=tf).upper,
+            ab.signed_distance(mesh, ab.Box(0.5, 0.7, 0.9), 1e-6, tf2=tf).upper,
             atol=2e-6,
         )
 
@@ -276,15 +276,15 @@ def test_what_is_not_convex_is_refused(text, vertices, faces):
 
 
 def test_two_shapes_have_a_distance_and_a_contact():
-    apart = ab.distance(ab.Sphere(1.0), ab.Box(1.0, 1.0, 1.0), None, meshes.place(3.0, 0.0, 0.0))
+    apart = ab.distance(ab.Sphere(1.0), ab.Box(1.0, 1.0, 1.0), tf2=meshes.place(3.0, 0.0, 0.0))
     assert apart.distance == pytest.approx(1.5) and list(apart.triangles) == [-1, -1]
     np.testing.assert_allclose(apart.points, [[1.0, 0, 0], [2.5, 0, 0]], atol=1e-12)
-    swapped = ab.distance(ab.Box(1.0, 1.0, 1.0), ab.Sphere(1.0), meshes.place(3.0, 0.0, 0.0), None)
+    swapped = ab.distance(ab.Box(1.0, 1.0, 1.0), ab.Sphere(1.0), tf1=meshes.place(3.0, 0.0, 0.0))
     np.testing.assert_allclose(swapped.points, apart.points[::-1], atol=1e-12)
     pair = ab.Sphere(1.0), ab.Sphere(1.0)
     assert np.isnan(ab.distance(*pair, nearest_points=False).points).all()
-    contacts = ab.collide(*pair, None, meshes.place(1.5, 0.0, 0.0))
+    contacts = ab.collide(*pair, tf2=meshes.place(1.5, 0.0, 0.0))
     np.testing.assert_allclose(contacts.normals, [[1.0, 0.0, 0.0]], atol=1e-12)
     np.testing.assert_allclose(contacts.depths, [0.5])
-    assert len(ab.collide(*pair, None, meshes.place(2.5, 0.0, 0.0))) == 0
+    assert len(ab.collide(*pair, tf2=meshes.place(2.5, 0.0, 0.0))) == 0
     assert len(ab.collide(*pair, max_contacts=0)) == 0

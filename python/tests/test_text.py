@@ -16,10 +16,10 @@ def everything():
     first, second = scene.add(a), scene.add(b, tf)
     scene.begin_step()
     scene.update()
-    features = ab.feature_pairs_within(a, b, 0.1, None, tf)
-    details = ab.feature_pair_details(a, b, features, None, tf)
-    derivatives = ab.distance_derivatives(a, b, features, details, None, tf)
-    regions = ab.contact_regions(a, b, None, tf)
+    features = ab.feature_pairs_within(a, b, 0.1, tf2=tf)
+    details = ab.feature_pair_details(a, b, features, tf2=tf)
+    derivatives = ab.distance_derivatives(a, b, features, details, tf2=tf)
+    regions = ab.contact_regions(a, b, tf2=tf)
     near = ab.ContactSet(a, b, 0.1)
     near.update(None, tf)
     motion = [ab.Motion(m, m.vertices, m.vertices + s) for m, s in ((a, 0), (b, 5))]
@@ -28,9 +28,9 @@ def everything():
     yield from (
         a.update(vertices),
         ab.weld_vertices(vertices, faces),
-        ab.distance(a, b, None, tf),
-        ab.collide(a, b, None, tf),
-        ab.pairs_within(a, b, 0.1, None, tf),
+        ab.distance(a, b, tf2=tf),
+        ab.collide(a, b, tf2=tf),
+        ab.pairs_within(a, b, 0.1, tf2=tf),
         features,
         details,
         details.vertex_face,
@@ -41,8 +41,8 @@ def everything():
         ab.closest_points(a, [[0, 0, 3]]),
         ab.closest_features(a, [[0, 0, 3]]),
         ab.first_hit(a, [0, 0, 3], [0, 0.1, -1]),
-        ab.vertex_contacts(a, b, 0.1, None, tf),
-        ab.signed_distance(a, b, 0.01, None, tf),
+        ab.vertex_contacts(a, b, 0.1, tf2=tf),
+        ab.signed_distance(a, b, 0.01, tf2=tf),
         regions,
         regions.first,
         ab.earliest_impact(*motion),
@@ -52,7 +52,7 @@ def everything():
         near.compact(),
         ab.least_distance(*motion, 0.01),
         scene.least_distance(first, 0.01),
-        scene.collisions(),
+        scene.collide(),
         scene.pairs_within(0.1),
         scene.feature_pairs_within(0.1),
         scene.vertex_contacts(0.1),
@@ -73,13 +73,13 @@ def test_every_result_shows_its_values():
         assert text.startswith(name + "(") and text.endswith(")") and "\n" not in text, text
         assert len(text) < 4000
         for member, value in vars(type(result)).items():
-            if isinstance(value, property) and member not in ("happens", "meets"):
+            if isinstance(value, property) and member not in ("exists", "meets"):
                 assert member + "=" in text, (name, member)
     others = {"Box", "Sphere", "Ellipsoid", "Capsule", "Cylinder", "Cone", "Plane", "Halfspace",
               "Convex",
               "Shape", "DeformableMesh", "Scene", "Motion", "Recording", "MeshLoadError",
               "CoherentDistance", "CoherentProximity", "ContactSet", "ContactTracker", "TrustRegion",
-              "BodyMotion", "SurfaceNeighbourhood"}
+              "BodyMotion", "SurfaceNeighbourhood", "Ignored"}
     classes = {n for n in ab.__all__ if isinstance(getattr(ab, n), type)}
     assert seen == classes - others
 
@@ -97,7 +97,7 @@ def test_numbers_are_those_of_the_result():
 
 def test_long_arrays_are_abbreviated():
     mesh = ab.DeformableMesh(*sheet(8))
-    near = ab.pairs_within(mesh, 0.5)
+    near = ab.self_pairs_within(mesh, 0.5)
     text = repr(near)
     first, last = near.triangles[[0, -1]]
     assert text.startswith("TrianglePairs(triangles=[[") and f"{first[1]}], [" in text
@@ -110,6 +110,6 @@ def test_long_arrays_are_abbreviated():
 def test_shapes_and_meshes():
     assert repr(ab.Box(1, 2, 3)) == "Box(1.0, 2.0, 3.0)"
     assert repr(ab.Plane([0, 0, 1], 2)) == "Plane((0.0, 0.0, 1.0), 2.0)"
-    assert "25 vertices, 32 faces, float64" in repr(ab.DeformableMesh(*sheet(4)))
+    assert "25 vertices, 32 faces" in repr(ab.DeformableMesh(*sheet(4)))
     with pytest.raises(TypeError):
         repr(ab.RayHits.__new__(ab.RayHits))

@@ -33,9 +33,9 @@ def run_together(jobs, seconds=1.0):
         raise errors[0]
 
 
-def test_queries_beside_updates_see_one_frame_or_the_other(kind):
+def test_queries_beside_updates_see_one_frame_or_the_other():
     (v1, f1), (v2, f2) = meshes.ball(2), meshes.sheet(8)
-    a, b = ab.DeformableMesh(v1, f1, **kind), ab.DeformableMesh(v2, f2, **kind)
+    a, b = ab.DeformableMesh(v1, f1), ab.DeformableMesh(v2, f2)
     frames1, frames2 = [v1, meshes.wave(v1, 1)], [v2, meshes.wave(v2, 2)]
     tf = (np.eye(3), [0, 0, 3])
     distances, counts = set(), set()
@@ -43,14 +43,14 @@ def test_queries_beside_updates_see_one_frame_or_the_other(kind):
         for other in frames2:
             a.update(one)
             b.update(other)
-            distances.add(round(ab.distance(a, b, None, tf).distance, 5))
+            distances.add(round(ab.distance(a, b, tf2=tf).distance, 5))
             counts.add(len(ab.pairs_within(b, a, 0.2)))
     assert len(distances) == 4
     pair = ab.CoherentDistance(b, a)
     rng = np.random.default_rng(9)
 
     def query():
-        assert round(ab.distance(a, b, None, tf).distance, 5) in distances
+        assert round(ab.distance(a, b, tf2=tf).distance, 5) in distances
         assert round(pair.distance(tf, None).distance, 5) in distances
         assert len(ab.pairs_within(b, a, 0.2)) in counts
         ab.self_collide(a), ab.collide(b, a), ab.closest_points(b, v1), a.vertices, a.last_update
@@ -67,19 +67,19 @@ def test_queries_beside_updates_see_one_frame_or_the_other(kind):
     assert a.validate() and b.validate()
 
 
-def test_a_snapshot_is_queried_beside_updates_of_the_original(kind):
+def test_a_snapshot_is_queried_beside_updates_of_the_original():
     (v1, f1), (v2, f2) = meshes.ball(2), meshes.sheet(8)
-    mesh, other = ab.DeformableMesh(v1, f1, **kind), ab.DeformableMesh(v2, f2, **kind)
+    mesh, other = ab.DeformableMesh(v1, f1), ab.DeformableMesh(v2, f2)
     snapshot, tf = mesh.copy(), (np.eye(3), [0, 0, 3])
-    expected, before = ab.distance(snapshot, other, None, tf).distance, snapshot.vertices
+    expected, before = ab.distance(snapshot, other, tf2=tf).distance, snapshot.vertices
     frames = [meshes.wave(v1, t) for t in range(4)]
     rng = np.random.default_rng(12)
 
     def query():
-        assert ab.distance(snapshot, other, None, tf).distance == expected
+        assert ab.distance(snapshot, other, tf2=tf).distance == expected
 
     def renewed():
-        assert ab.distance(mesh.copy(), other, None, tf).distance > 0
+        assert ab.distance(mesh.copy(), other, tf2=tf).distance > 0
 
     run_together([query, query, renewed, lambda: mesh.update(frames[rng.integers(4)])], 0.6)
     np.testing.assert_array_equal(snapshot.vertices, before)
@@ -144,4 +144,4 @@ def test_ctrl_c_ends_a_search_within_its_leaves():
         ab.self_collide(fan)
     assert time.process_time() - begin < 3
     fan.update(fan.vertices + 1)  # no lock is left
-    assert ab.distance(fan, fan, None, (np.eye(3), [0, 0, 9])).distance > 8
+    assert ab.distance(fan, fan, tf2=(np.eye(3), [0, 0, 9])).distance > 8

@@ -26,11 +26,11 @@ def least_distance(v1, f1, v2, f2):
     return min(least)
 
 
-def test_iterates_keep_the_separation(kind):
+def test_iterates_keep_the_distance():
     (v1, f1), (v2, f2) = meshes.sheet(5), meshes.ball(1, 0.5)
     v1 = v1 + [0, 0, 0.7]
-    sheet, ball = ab.DeformableMesh(v1, f1, **kind), ab.DeformableMesh(v2, f2, **kind)
-    region = ab.TrustRegion(sheet, 0.1, separation=0.05)
+    sheet, ball = ab.DeformableMesh(v1, f1), ab.DeformableMesh(v2, f2)
+    region = ab.TrustRegion(sheet, 0.1, distance=0.05)
     assert region.add_obstacle(ball) == 0
     region.begin(v1)
     rng = np.random.default_rng(3)
@@ -81,7 +81,7 @@ def test_obstacles_are_where_begin_found_them():
 def test_refuses():
     vertices, faces = meshes.sheet(2)
     mesh = ab.DeformableMesh(vertices, faces)
-    for bad in ({"radius": 0}, {"radius": np.nan}, {"radius": 1, "separation": -1.0}):
+    for bad in ({"radius": 0}, {"radius": np.nan}, {"radius": 1, "distance": -1.0}):
         with pytest.raises(ValueError):
             ab.TrustRegion(mesh, **bad)
     region = ab.TrustRegion(mesh, 0.1)

@@ -31,7 +31,7 @@ OF_TYPE = {"DeformableMesh": MESH, "Shape": ab.Sphere(1.0), "Scene": SCENE, "flo
 NAMED = {"vertices": VERTICES, "faces": FACES, "points": VERTICES, "point": [0, 0, 0],
          "origins": VERTICES, "directions": VERTICES, "start": VERTICES, "end": VERTICES,
          "positions": VERTICES, "proposed": VERTICES, "o1": MESH, "o2": OTHER, "body": MESH,
-         "kind": "edge-edge", "pair": [0, 0], "filter": "shared vertex", "dtype": "float64",
+         "kind": "edge-edge", "pair": [0, 0], "ignored": None,
          "label_rule": "between", "elements": "triangles", "indices": [0], "normal": [0, 0, 1],
          "path": "/nonexistent/hose.stl"}
 
@@ -148,9 +148,10 @@ def test_a_shape_is_no_mesh():
 
 
 def test_arrays_of_one_number_are_numbers():
-    """Where another overload has a mesh."""
+    """Also where another overload has a mesh."""
     for distance in (np.array(0.5), np.float32(0.5), 1):
-        assert ab.pairs_within(MESH, distance) is not None
+        assert ab.self_pairs_within(MESH, distance) is not None
+        assert ab.ContactSet(MESH, distance) is not None
         assert ab.is_nearer(MESH, ab.Sphere(0.5), distance) in (True, False)
 
 

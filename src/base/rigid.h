@@ -3,7 +3,6 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
 
 #include <fcl/common/types.h>
 
@@ -20,55 +19,46 @@ struct RelativePlacement {
 
   RelativePlacement() = default;
   /// The transform from frame `from` to frame `to`, which are given by their poses in the world.
-  template <typename S>
-  RelativePlacement(const fcl::Transform3<S>& to, const fcl::Transform3<S>& from) {
-    const fcl::Matrix3d from_world = to.linear().template cast<double>().transpose();
-    R = from_world * from.linear().template cast<double>();
-    T = from_world *
-        (from.translation().template cast<double>() - to.translation().template cast<double>());
+  RelativePlacement(const fcl::Transform3d& to, const fcl::Transform3d& from) {
+    const fcl::Matrix3d from_world = to.linear().transpose();
+    R = from_world * from.linear();
+    T = from_world * (from.translation() - to.translation());
   }
 
-  template <typename S>
-  fcl::Vector3d operator()(const fcl::Vector3<S>& x) const {
-    return R * x.template cast<double>() + T;
-  }
+  fcl::Vector3d operator()(const fcl::Vector3d& x) const { return R * x + T; }
 };
 
 /// Throws std::invalid_argument unless a transform is a rigid motion: finite, without scale, shear
 /// or reflection. `kLargestError` bounds the deviation of R^T R from the identity; it leaves room
 /// for a rotation composed of many.
-template <typename S>
-void requireRigid(const fcl::Transform3<S>& tf) {
-  constexpr S kLargestError = std::is_same<S, float>::value ? S(1e-3) : S(1e-6);
-  const fcl::Matrix3<S> R = tf.linear();
-  const S error = (R.transpose() * R - fcl::Matrix3<S>::Identity()).squaredNorm();  // NaN stays NaN
+inline void requireRigid(const fcl::Transform3d& tf) {
+  constexpr double kLargestError = 1e-6;
+  const fcl::Matrix3d R = tf.linear();
+  const double error =
+      (R.transpose() * R - fcl::Matrix3d::Identity()).squaredNorm();  // NaN stays NaN
   const bool is_rotation =
       error <= kLargestError * kLargestError && R.col(0).dot(R.col(1).cross(R.col(2))) > 0;
   if (!is_rotation || !tf.translation().allFinite())
     throw std::invalid_argument(
         "adaptive_bvh: a transform is not a rigid motion: its rotation must be orthonormal (to "
-        "1e-6 "
-        "in double, 1e-3 in single precision) with determinant 1, and all numbers finite");
+        "1e-6) "
+        "with determinant 1, and all numbers finite");
 }
 
 // The functions below throw std::invalid_argument if a number that the user has given is not in the
 // range that its query accepts. The message has the argument's name.
 
-template <typename S>
-void requireDistance(S distance, const char* name = "distance") {
+inline void requireDistance(double distance, const char* name = "distance") {
   if (!(distance >= 0))
-    throw std::invalid_argument("adaptive_bvh: " + std::string(name) + " is " +
-                                textOf(double(distance)) + "; 0 or a positive length is needed");
+    throw std::invalid_argument("adaptive_bvh: " + std::string(name) + " is " + textOf(distance) +
+                                "; 0 or a positive length is needed");
 }
 
-template <typename S>
-void requireTolerance(S tolerance) {
-  requireDistance(tolerance, "tolerance");
-}
+inline void requireTolerance(double tolerance) { requireDistance(tolerance, "tolerance"); }
 
 inline void requireSeparation(double separation) {
   if (!(separation >= 0) || !std::isfinite(separation))
-    throw std::invalid_argument("adaptive_bvh, continuous collision: the separation is " +
+    throw std::invalid_argument("adaptive_bvh, continuous collision: the distance is " +
                                 textOf(separation) + "; 0 or a positive length is needed");
 }
 

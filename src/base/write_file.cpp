@@ -1,4 +1,4 @@
-#include "adaptive_bvh/write_file.h"
+#include "adaptive_bvh/detail/write_file.h"
 
 #include <cerrno>
 #include <filesystem>
@@ -30,7 +30,7 @@ void writeInto(const fs::path& file, const std::string& path,
 
 }  // namespace
 
-void writeFile(const std::string& path, const std::function<void(std::ostream&)>& write) {
+void detail::writeFile(const std::string& path, const std::function<void(std::ostream&)>& write) {
   const bool exists = fs::exists(path);
   if (exists && !fs::is_regular_file(path)) return writeInto(path, path, write);  // a pipe, say
 

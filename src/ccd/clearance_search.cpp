@@ -156,7 +156,7 @@ class FirstImpact {
 template <typename Goal>
 void walkWith(const ClearanceQuery& query, Goal& goal, std::size_t& box_tests) {
   const Leased<MotionWalk::Memory> memory;
-  MotionWalk search(query.first, query.second, query.left_out, query.tolerance, *memory);
+  MotionWalk search(query.first, query.second, query.surface, query.tolerance, *memory);
   search.run(goal);
   box_tests += search.boxTests();
 }
@@ -240,8 +240,7 @@ void lowerToTriangles(const ClearanceQuery& query, const std::array<int, 2>& tri
   const auto cornersOf = [](const MovingBody& body, int triangle, double t) {
     const fcl::Triangle& v = body.mesh()->topology->triangles[std::size_t(triangle)];
     const MovingBody::At at = body.at(t);
-    return TrianglePoints<double>{body.vertex(v[0], at), body.vertex(v[1], at),
-                                  body.vertex(v[2], at)};
+    return TrianglePoints{body.vertex(v[0], at), body.vertex(v[1], at), body.vertex(v[2], at)};
   };
   const MovingTrianglePair pair(query.first.body, query.second.body, {0, 0});
   for (const double t : {0., 1.}) {

@@ -11,8 +11,8 @@ namespace adaptive_bvh {
 struct ClearanceQuery {
   BoxedBody &first, &second;  ///< the same for a mesh with itself; a plane is the second
   double tolerance;
-  const NeighbourRanges* left_out = nullptr;  ///< for a mesh with itself
-  const IgnoredPairs* ignored = nullptr;      ///< pairs of triangles, or null
+  const NeighbourRanges* surface = nullptr;  ///< for a mesh with itself: neighbours to leave out
+  const IgnoredPairs* ignored = nullptr;     ///< pairs of triangles, or null
 };
 
 /// Throws std::invalid_argument if the tolerance is too small for the bodies, or both are planes.

@@ -1,4 +1,4 @@
-// The functions of continuous_collision.h: check arguments and convert motions to double precision.
+// The functions of continuous_collision.h: check arguments.
 #include "adaptive_bvh/continuous_collision.h"
 
 #include <array>
@@ -12,21 +12,15 @@ namespace adaptive_bvh {
 namespace {
 
 /// Throws std::invalid_argument if a transform is not rigid, and like PlacedMotion.
-template <typename S>
-PlacedMotion placedMotion(const Motion<S>& motion, PlacedMotion::Memory& memory) {
+PlacedMotion placedMotion(const Motion& motion, PlacedMotion::Memory& memory) {
   requireRigid(motion.start_tf);
   requireRigid(motion.end_tf);
-  return {stateOf(*motion.mesh),
-          motion.start,
-          motion.end,
-          fcl::Transform3d(motion.start_tf.template cast<double>()),
-          fcl::Transform3d(motion.end_tf.template cast<double>()),
-          memory};
+  return {stateOf(*motion.mesh), motion.start, motion.end, motion.start_tf, motion.end_tf, memory};
 }
 
 /// Returns run(query) for two meshes, or for one mesh and itself if `second` is null.
-template <typename S, typename Run>
-auto withQuery(const Motion<S>& first, const Motion<S>* second, double separation, Run&& run) {
+template <typename Run>
+auto withQuery(const Motion& first, const Motion* second, double separation, Run&& run) {
   const Leased<std::array<PlacedMotion::Memory, 2>> memory;
   requireSeparation(separation);
   const PlacedMotion a(placedMotion(first, (*memory)[0]));
@@ -50,9 +44,8 @@ void requirePair(const ContinuousQuery& query, FeatureKind kind, const FeaturePa
 }
 
 /// The time of impact of one pair. `second` is null for one mesh and itself.
-template <typename S>
-double timeOf(const Motion<S>& first, const Motion<S>* second, FeatureKind kind,
-              const FeaturePair& pair, double separation) {
+double timeOf(const Motion& first, const Motion* second, FeatureKind kind, const FeaturePair& pair,
+              double separation) {
   return withQuery(first, second, separation, [&](const ContinuousQuery& query) {
     requirePair(query, kind, pair);
     return movingFeatures(query.first, query.second, kind, pair).timeOfImpact(separation);
@@ -60,8 +53,7 @@ double timeOf(const Motion<S>& first, const Motion<S>* second, FeatureKind kind,
 }
 
 /// The times of impact of all pairs.
-template <typename S>
-void timesOf(const Motion<S>& first, const Motion<S>* second, const FeaturePairs& pairs,
+void timesOf(const Motion& first, const Motion* second, const FeaturePairs& pairs,
              double separation, ImpactTimes& times) {
   withQuery(first, second, separation, [&](const ContinuousQuery& query) {
     const auto require = [&](FeatureKind kind, const std::vector<FeaturePair>& list) {
@@ -76,8 +68,7 @@ void timesOf(const Motion<S>& first, const Motion<S>* second, const FeaturePairs
 
 }  // namespace
 
-template <typename S>
-Motion<S>::Motion(const Mesh& moving, const Transform& from_tf, const Transform& to_tf)
+Motion::Motion(const Mesh& moving, const Transform& from_tf, const Transform& to_tf)
     : mesh(&moving),
       start(moving.previousVertices().data()),
       end(moving.vertices().data()),
@@ -89,9 +80,8 @@ Motion<S>::Motion(const Mesh& moving, const Transform& from_tf, const Transform&
         "positions");
 }
 
-template <typename S>
-Motion<S>::Motion(const Mesh& moving, const Point* from, const Point* to, std::size_t count,
-                  const Transform& from_tf, const Transform& to_tf)
+Motion::Motion(const Mesh& moving, const Point* from, const Point* to, std::size_t count,
+               const Transform& from_tf, const Transform& to_tf)
     : mesh(&moving), start(from), end(to), start_tf(from_tf), end_tf(to_tf) {
   if (count != moving.vertices().size())
     refuseMotion(std::to_string(count) + " positions for " +
@@ -99,129 +89,90 @@ Motion<S>::Motion(const Mesh& moving, const Point* from, const Point* to, std::s
   if (count > 0 && (!from || !to)) refuseMotion("a null pointer for positions");
 }
 
-template <typename S>
-Motion<S>::Motion(const Mesh& moving, const std::vector<Point>& from, const std::vector<Point>& to,
-                  const Transform& from_tf, const Transform& to_tf)
+Motion::Motion(const Mesh& moving, const std::vector<Point>& from, const std::vector<Point>& to,
+               const Transform& from_tf, const Transform& to_tf)
     : Motion(moving, from.data(), to.data(), from.size(), from_tf, to_tf) {
   if (to.size() != from.size())
     refuseMotion(std::to_string(from.size()) + " positions at the start, " +
                  std::to_string(to.size()) + " at the end");
 }
 
-template <typename S>
-Motion<S>::Motion(const Mesh& moving, std::shared_ptr<const Positions> from_and_to,
-                  const Transform& from_tf, const Transform& to_tf)
+Motion::Motion(const Mesh& moving, std::shared_ptr<const Positions> from_and_to,
+               const Transform& from_tf, const Transform& to_tf)
     : Motion(moving, from_and_to->front(), from_and_to->back(), from_tf, to_tf) {
   kept = std::move(from_and_to);
 }
 
-template <typename S>
-void candidates(const Motion<S>& first, const Motion<S>& second, double separation,
-                FeaturePairs& pairs) {
+void candidates(const Motion& first, const Motion& second, double separation, FeaturePairs& pairs) {
   withQuery(first, &second, separation,
             [&](const ContinuousQuery& query) { findCandidates(query, pairs); });
 }
-template <typename S>
-void candidates(const Motion<S>& mesh, double separation, FeaturePairs& pairs) {
-  withQuery<S>(mesh, nullptr, separation,
-               [&](const ContinuousQuery& query) { findCandidates(query, pairs); });
+void selfCandidates(const Motion& mesh, double separation, FeaturePairs& pairs) {
+  withQuery(mesh, nullptr, separation,
+            [&](const ContinuousQuery& query) { findCandidates(query, pairs); });
 }
 
-template <typename S>
-double timeOfImpact(const Motion<S>& first, const Motion<S>& second, FeatureKind kind,
+double timeOfImpact(const Motion& first, const Motion& second, FeatureKind kind,
                     const FeaturePair& pair, double separation) {
   return timeOf(first, &second, kind, pair, separation);
 }
-template <typename S>
-double timeOfImpact(const Motion<S>& mesh, FeatureKind kind, const FeaturePair& pair,
-                    double separation) {
-  return timeOf<S>(mesh, nullptr, kind, pair, separation);
+double selfTimeOfImpact(const Motion& mesh, FeatureKind kind, const FeaturePair& pair,
+                        double separation) {
+  return timeOf(mesh, nullptr, kind, pair, separation);
 }
 
-template <typename S>
-void timesOfImpact(const Motion<S>& first, const Motion<S>& second, const FeaturePairs& pairs,
+void timesOfImpact(const Motion& first, const Motion& second, const FeaturePairs& pairs,
                    double separation, ImpactTimes& times) {
   timesOf(first, &second, pairs, separation, times);
 }
-template <typename S>
-void timesOfImpact(const Motion<S>& mesh, const FeaturePairs& pairs, double separation,
-                   ImpactTimes& times) {
-  timesOf<S>(mesh, nullptr, pairs, separation, times);
+void selfTimesOfImpact(const Motion& mesh, const FeaturePairs& pairs, double separation,
+                       ImpactTimes& times) {
+  timesOf(mesh, nullptr, pairs, separation, times);
 }
 
-template <typename S>
-Impact earliestImpact(const Motion<S>& first, const Motion<S>& second, double separation) {
+Impact earliestImpact(const Motion& first, const Motion& second, double separation) {
   return withQuery(first, &second, separation,
                    [](const ContinuousQuery& query) { return findEarliestImpact(query); });
 }
-template <typename S>
-Impact earliestImpact(const Motion<S>& mesh, double separation) {
-  return withQuery<S>(mesh, nullptr, separation,
-                      [](const ContinuousQuery& query) { return findEarliestImpact(query); });
+
+Impact selfEarliestImpact(const Motion& mesh, double separation) {
+  return withQuery(mesh, nullptr, separation,
+                   [](const ContinuousQuery& query) { return findEarliestImpact(query); });
 }
 
-template <typename S>
-Impact earliestImpact(const Motion<S>& first, const Motion<S>& second, double separation,
+Impact earliestImpact(const Motion& first, const Motion& second, double separation,
                       FeaturePairs& pairs) {
   return withQuery(first, &second, separation,
                    [&](const ContinuousQuery& query) { return findEarliestImpact(query, pairs); });
 }
-template <typename S>
-Impact earliestImpact(const Motion<S>& mesh, double separation, FeaturePairs& pairs) {
-  return withQuery<S>(mesh, nullptr, separation, [&](const ContinuousQuery& query) {
-    return findEarliestImpact(query, pairs);
-  });
+
+Impact selfEarliestImpact(const Motion& mesh, double separation, FeaturePairs& pairs) {
+  return withQuery(mesh, nullptr, separation,
+                   [&](const ContinuousQuery& query) { return findEarliestImpact(query, pairs); });
 }
 
-template <typename S>
-void safeDisplacements(const Motion<S>& first, const Motion<S>& second, double separation,
+void safeDisplacements(const Motion& first, const Motion& second, double separation,
                        std::vector<double>& of_first, std::vector<double>& of_second) {
   withQuery(first, &second, separation, [&](const ContinuousQuery& query) {
     findSafeDisplacements(query, of_first, of_second);
   });
 }
-template <typename S>
-void safeDisplacements(const Motion<S>& mesh, double separation, std::vector<double>& of_vertices) {
-  withQuery<S>(mesh, nullptr, separation, [&](const ContinuousQuery& query) {
+void selfSafeDisplacements(const Motion& mesh, double separation,
+                           std::vector<double>& of_vertices) {
+  withQuery(mesh, nullptr, separation, [&](const ContinuousQuery& query) {
     findSafeDisplacements(query, of_vertices, of_vertices);
   });
 }
 
-template <typename S>
-void truncateMotion(const Motion<S>& first, const Motion<S>& second, double separation,
+void truncateMotion(const Motion& first, const Motion& second, double separation,
                     std::vector<double>& shares_of_first, std::vector<double>& shares_of_second) {
   withQuery(first, &second, separation, [&](const ContinuousQuery& query) {
     findTruncation(query, shares_of_first, shares_of_second);
   });
 }
-template <typename S>
-void truncateMotion(const Motion<S>& mesh, double separation, std::vector<double>& shares) {
-  withQuery<S>(mesh, nullptr, separation,
-               [&](const ContinuousQuery& query) { findTruncation(query, shares, shares); });
+void selfTruncateMotion(const Motion& mesh, double separation, std::vector<double>& shares) {
+  withQuery(mesh, nullptr, separation,
+            [&](const ContinuousQuery& query) { findTruncation(query, shares, shares); });
 }
-
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                              \
-  template struct Motion<S>;                                                                     \
-  template void candidates(const Motion<S>&, const Motion<S>&, double, FeaturePairs&);           \
-  template void candidates(const Motion<S>&, double, FeaturePairs&);                             \
-  template double timeOfImpact(const Motion<S>&, const Motion<S>&, FeatureKind,                  \
-                               const FeaturePair&, double);                                      \
-  template double timeOfImpact(const Motion<S>&, FeatureKind, const FeaturePair&, double);       \
-  template void timesOfImpact(const Motion<S>&, const Motion<S>&, const FeaturePairs&, double,   \
-                              ImpactTimes&);                                                     \
-  template void timesOfImpact(const Motion<S>&, const FeaturePairs&, double, ImpactTimes&);      \
-  template Impact earliestImpact(const Motion<S>&, const Motion<S>&, double);                    \
-  template Impact earliestImpact(const Motion<S>&, double);                                      \
-  template Impact earliestImpact(const Motion<S>&, const Motion<S>&, double, FeaturePairs&);     \
-  template Impact earliestImpact(const Motion<S>&, double, FeaturePairs&);                       \
-  template void safeDisplacements(const Motion<S>&, const Motion<S>&, double,                    \
-                                  std::vector<double>&, std::vector<double>&);                   \
-  template void safeDisplacements(const Motion<S>&, double, std::vector<double>&);               \
-  template void truncateMotion(const Motion<S>&, const Motion<S>&, double, std::vector<double>&, \
-                               std::vector<double>&);                                            \
-  template void truncateMotion(const Motion<S>&, double, std::vector<double>&);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
-#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

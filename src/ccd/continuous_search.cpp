@@ -34,7 +34,7 @@ Impact earliestImpact(const ContinuousQuery& query, FeaturePairs& pairs) {
     const SweptPair pair = boxes.overInterval(part);
     EarliestImpact<kLists> visitor(pair, boxes.frame(), part, query.separation, best, pairs);
     searchFeatures(pair, visitor, query.threads);
-    if (visitor.impact().happens() || part.end == 1) return visitor.impact();
+    if (visitor.impact().exists() || part.end == 1) return visitor.impact();
     part = {part.end, part.end > 0.2 ? 1 : 4 * part.end};
   }
 }

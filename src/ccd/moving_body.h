@@ -48,7 +48,7 @@ class MovingBody {
     return (1 - at.t) * from_(start_[v]) + at.t * to_(end_[v]);
   }
   /// A triangle's corners, by its index in the order of the leaves.
-  TrianglePoints<double> triangle(unsigned leaf_index, const At& at) const {
+  TrianglePoints triangle(unsigned leaf_index, const At& at) const {
     const Int4& v = mesh_->tree.corners(leaf_index);
     return {vertex(std::size_t(v[0]), at), vertex(std::size_t(v[1]), at),
             vertex(std::size_t(v[2]), at)};

@@ -11,7 +11,7 @@ namespace adaptive_bvh {
 namespace {
 
 using Vector = fcl::Vector3d;
-using Triangle = TrianglePoints<double>;
+using Triangle = TrianglePoints;
 
 /// Barycentric coordinates of a point of a triangle: not negative, with the sum 1. Any others would
 /// give a valid, but larger, upper bound.
@@ -150,7 +150,7 @@ TriangleGap SolidPair::gap(const At& at) const {
   if (first_.mesh() && is_rigid) return rigidGap(at.triangle, *second_.solid(), at.b.frame);
   if (!first_.mesh() && is_rigid && first_.frame().isRigid())
     return gapOf(PlacedSolid{*first_.solid(), transformOf(at.a.frame)},
-                 PlacedSolid{*second_.solid(), transformOf(at.b.frame)}, kParallelIn<double>);
+                 PlacedSolid{*second_.solid(), transformOf(at.b.frame)});
   const SolidAt second(*second_.solid(), at.b.frame);
   const ConvexGap found = first_.mesh() ? convexGap(at.triangle, second)
                                         : convexGap(SolidAt(*first_.solid(), at.a.frame), second);

@@ -91,7 +91,7 @@ class MovingTrianglePair : public PairOfParts {
  public:
   struct At {
     double t;
-    TrianglePoints<double> a, b;
+    TrianglePoints a, b;
   };
 
   using PairOfParts::PairOfParts;
@@ -122,7 +122,7 @@ class SolidPair : public PairOfParts {
   struct At {
     double t;
     MovingBody::At a, b;
-    TrianglePoints<double> triangle;  ///< if the first is a triangle
+    TrianglePoints triangle;  ///< if the first is a triangle
   };
 
   using PairOfParts::PairOfParts;
@@ -146,7 +146,7 @@ class FlatPair : public PairOfParts {
   struct At {
     double t;
     MovingBody::At a;
-    TrianglePoints<double> triangle;
+    TrianglePoints triangle;
     fcl::Vector3d normal;  ///< of the plane normal * x = offset, not always of length 1
     double offset;
   };

@@ -12,8 +12,7 @@ void refuseMotion(const std::string& what) {
   throw std::invalid_argument("adaptive_bvh, continuous collision: " + what);
 }
 
-template <typename S>
-double toWorld(const fcl::Vector3<S>* positions, std::size_t count, const fcl::Transform3d& tf,
+double toWorld(const fcl::Vector3d* positions, std::size_t count, const fcl::Transform3d& tf,
                std::vector<fcl::Vector3d>& world) {
   world.resize(count);
   const fcl::Matrix3d R = tf.linear();
@@ -21,7 +20,7 @@ double toWorld(const fcl::Vector3<S>* positions, std::size_t count, const fcl::T
   const bool is_identity = R == fcl::Matrix3d::Identity() && T.isZero(0);
   double largest = 0, sum = 0;  // `sum` is NaN if a coordinate is not finite, else 0
   for (std::size_t i = 0; i < count; ++i) {
-    const fcl::Vector3d x = positions[i].template cast<double>();
+    const fcl::Vector3d x = positions[i];
     world[i] = is_identity ? x : fcl::Vector3d(R * x + T);
     sum += world[i].lpNorm<1>() * 0;
     largest = std::max({largest, x.lpNorm<1>(), world[i].lpNorm<1>()});
@@ -31,16 +30,10 @@ double toWorld(const fcl::Vector3<S>* positions, std::size_t count, const fcl::T
   return is_identity ? 0 : R.cwiseAbs().maxCoeff() * largest + T.lpNorm<1>();
 }
 
-template double toWorld(const fcl::Vector3f*, std::size_t, const fcl::Transform3d&,
-                        std::vector<fcl::Vector3d>&);
-template double toWorld(const fcl::Vector3d*, std::size_t, const fcl::Transform3d&,
-                        std::vector<fcl::Vector3d>&);
-
-template <typename S>
-PlacedMotion::PlacedMotion(const MeshState& mesh, const fcl::Vector3<S>* start,
-                           const fcl::Vector3<S>* end, const fcl::Transform3d& start_tf,
+PlacedMotion::PlacedMotion(const MeshState& mesh, const fcl::Vector3d* start,
+                           const fcl::Vector3d* end, const fcl::Transform3d& start_tf,
                            const fcl::Transform3d& end_tf, Memory& memory)
-    : threads_(mesh.query_threads) {
+    : threads_(mesh.threads) {
   const std::size_t count = mesh.vertices.size();
   const bool is_still = start == end && start_tf.matrix() == end_tf.matrix();
   const double size = std::max(toWorld(start, count, start_tf, memory.start),
@@ -59,13 +52,8 @@ PlacedMotion::PlacedMotion(const MeshState& mesh, const fcl::Vector3<S>* start,
            mesh.tree.size(),
            mesh.tree.depth(),
            8 * std::numeric_limits<double>::epsilon() * size,
-           16 * static_cast<double>(std::numeric_limits<S>::epsilon()) * size,
-           static_cast<double>(std::numeric_limits<S>::epsilon() / 2)};
+           16 * std::numeric_limits<double>::epsilon() * size,
+           std::numeric_limits<double>::epsilon() / 2};
 }
-
-template PlacedMotion::PlacedMotion(const MeshState&, const fcl::Vector3f*, const fcl::Vector3f*,
-                                    const fcl::Transform3d&, const fcl::Transform3d&, Memory&);
-template PlacedMotion::PlacedMotion(const MeshState&, const fcl::Vector3d*, const fcl::Vector3d*,
-                                    const fcl::Transform3d&, const fcl::Transform3d&, Memory&);
 
 }  // namespace adaptive_bvh

@@ -12,24 +12,22 @@ namespace adaptive_bvh {
 /// Throws std::invalid_argument with this message.
 [[noreturn]] void refuseMotion(const std::string& what);
 
-/// Transforms positions to the world, in double precision. Returns a bound of the size of the
+/// Transforms positions to the world. Returns a bound of the size of the
 /// numbers that are rounded; 0 if the transform is the identity. Throws std::invalid_argument if a
 /// position is not finite, or too large.
-template <typename S>
-double toWorld(const fcl::Vector3<S>* positions, std::size_t count, const fcl::Transform3d& tf,
+double toWorld(const fcl::Vector3d* positions, std::size_t count, const fcl::Transform3d& tf,
                std::vector<fcl::Vector3d>& world);
 
-/// The motion of a mesh in a query: its vertices at start and end, as doubles in the world.
+/// The motion of a mesh in a query: its vertices at start and end, in the world.
 class PlacedMotion {
  public:
   struct Memory {
     std::vector<fcl::Vector3d> start, end;
   };
 
-  /// Transforms positions of either number type. Refers to the mesh and to the memory. Throws
+  /// Transforms positions. Refers to the mesh and to the memory. Throws
   /// std::invalid_argument if a position is not finite, or too large.
-  template <typename S>
-  PlacedMotion(const MeshState& mesh, const fcl::Vector3<S>* start, const fcl::Vector3<S>* end,
+  PlacedMotion(const MeshState& mesh, const fcl::Vector3d* start, const fcl::Vector3d* end,
                const fcl::Transform3d& start_tf, const fcl::Transform3d& end_tf, Memory& memory);
 
   /// The query of this mesh and another one, or itself. Refers to both.

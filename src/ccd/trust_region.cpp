@@ -13,9 +13,8 @@
 namespace adaptive_bvh {
 namespace {
 
-template <typename S>
-void requireRequest(const TrustRegionRequest<S>& request) {
-  requireSeparation(static_cast<double>(request.separation));
+void requireRequest(const TrustRegionRequest& request) {
+  requireSeparation(request.distance);
   if (!(request.radius > 0) || !std::isfinite(request.radius))
     refuseMotion("the radius of a trust region is " + textOf(double(request.radius)) +
                  "; a positive length is needed");
@@ -29,18 +28,16 @@ PlacedMotion atRest(const MeshState& mesh, const std::vector<fcl::Vector3d>& pos
 
 }  // namespace
 
-template <typename S>
-struct TrustRegion<S>::State {
+struct TrustRegion::State {
   struct Obstacle {
     const Mesh* mesh;
     Transform tf;
   };
 
-  State(const Mesh& moving, const TrustRegionRequest<S>& limits)
+  State(const Mesh& moving, const TrustRegionRequest& limits)
       : mesh(moving),
         request(limits),
-        region(static_cast<double>(limits.radius), static_cast<double>(limits.separation),
-               static_cast<double>(std::numeric_limits<S>::epsilon()) / 2) {}
+        region(limits.radius, limits.distance, std::numeric_limits<double>::epsilon() / 2) {}
 
   /// The mesh, then the obstacles as `begin` found them.
   struct Bodies {
@@ -55,7 +52,7 @@ struct TrustRegion<S>::State {
   TrustRegionReport accept(const Points& wanted, std::size_t held_by_radius, Points& result);
 
   const Mesh& mesh;
-  const TrustRegionRequest<S> request;
+  const TrustRegionRequest request;
   NearRegion region;
   std::vector<Obstacle> obstacles;
   Points accepted, begun;                      ///< the second is memory of `begin`
@@ -66,22 +63,18 @@ struct TrustRegion<S>::State {
 };
 
 /// Throws std::invalid_argument unless there is a finite position for each vertex.
-template <typename S>
-void TrustRegion<S>::State::read(const Points& positions,
-                                 std::vector<fcl::Vector3d>& result) const {
+void TrustRegion::State::read(const Points& positions, std::vector<fcl::Vector3d>& result) const {
   if (positions.size() != mesh.vertices().size())
     refuseMotion(std::to_string(positions.size()) + " positions for " +
                  std::to_string(mesh.vertices().size()) + " vertices");
-  for (const fcl::Vector3<S>& x : positions)
-    if (!(x.template lpNorm<1>() <= 6 * rounding::largestCoordinate<S>()))
+  for (const fcl::Vector3d& x : positions)
+    if (!(x.template lpNorm<1>() <= 6 * rounding::largestCoordinate<double>()))
       refuseMotion("a position is not finite, or too large");
   toWorld(positions.data(), positions.size(), fcl::Transform3d::Identity(), result);
 }
 
 /// Places the mesh at positions, which are finite, and the obstacles where they are now.
-template <typename S>
-void TrustRegion<S>::State::place(const std::vector<fcl::Vector3d>& positions,
-                                  Bodies& result) const {
+void TrustRegion::State::place(const std::vector<fcl::Vector3d>& positions, Bodies& result) const {
   result.memory.resize(obstacles.size() + 1);
   result.placed.clear();
   result.topologies.clear();
@@ -89,15 +82,14 @@ void TrustRegion<S>::State::place(const std::vector<fcl::Vector3d>& positions,
       atRest(stateOf(mesh), positions, fcl::Transform3d::Identity(), result.memory[0]));
   for (const Obstacle& obstacle : obstacles) {
     const MeshState& state = stateOf(*obstacle.mesh);
-    result.placed.push_back(atRest(state, state.vertices, obstacle.tf.template cast<double>(),
-                                   result.memory[result.placed.size()]));
+    result.placed.push_back(
+        atRest(state, state.vertices, obstacle.tf, result.memory[result.placed.size()]));
     result.topologies.push_back(state.topology);
   }
 }
 
 /// Moves the mesh to positions, which are finite, among the obstacles where they were.
-template <typename S>
-void TrustRegion<S>::State::moveTo(const std::vector<fcl::Vector3d>& positions) {
+void TrustRegion::State::moveTo(const std::vector<fcl::Vector3d>& positions) {
   for (std::size_t i = 0; i < bodies.topologies.size(); ++i) {
     const MeshState& obstacle = stateOf(*obstacles[i].mesh);
     if (obstacle.topology != bodies.topologies[i])
@@ -110,49 +102,41 @@ void TrustRegion<S>::State::moveTo(const std::vector<fcl::Vector3d>& positions) 
 }
 
 /// Moves the vertices by their shares.
-template <typename S>
-TrustRegionReport TrustRegion<S>::State::accept(const Points& wanted, std::size_t held_by_radius,
-                                                Points& result) {
+TrustRegionReport TrustRegion::State::accept(const Points& wanted, std::size_t held_by_radius,
+                                             Points& result) {
   TrustRegionReport report;
   report.held_by_radius = held_by_radius;
   for (std::size_t v = 0; v < accepted.size(); ++v) {
     const double share = region.shares()[v];
     report.held_back += share < 1;
     const auto at =
-        share == 1
-            ? wanted[v]
-            : fcl::Vector3<S>(accepted[v] + static_cast<S>(share) * (wanted[v] - accepted[v]));
+        share == 1 ? wanted[v] : fcl::Vector3d(accepted[v] + share * (wanted[v] - accepted[v]));
     accepted[v] = result[v] = at;
-    region.positions()[v] = at.template cast<double>();
+    region.positions()[v] = at;
   }
   return report;
 }
 
-template <typename S>
-TrustRegion<S>::TrustRegion(const Mesh& mesh, const TrustRegionRequest<S>& request) {
+TrustRegion::TrustRegion(const Mesh& mesh, const TrustRegionRequest& request) {
   requireRequest(request);
   state_ = std::make_unique<State>(mesh, request);
 }
-template <typename S>
-TrustRegion<S>::~TrustRegion() = default;
-template <typename S>
-TrustRegion<S>::TrustRegion(TrustRegion&&) noexcept = default;
 
-template <typename S>
-std::size_t TrustRegion<S>::addObstacle(const Mesh& obstacle, const Transform& tf) {
+TrustRegion::~TrustRegion() = default;
+TrustRegion::TrustRegion(TrustRegion&&) noexcept = default;
+
+std::size_t TrustRegion::addObstacle(const Mesh& obstacle, const Transform& tf) {
   requireRigid(tf);
   state_->obstacles.push_back({&obstacle, tf});
   return state_->obstacles.size() - 1;
 }
 
-template <typename S>
-void TrustRegion<S>::setTransform(std::size_t obstacle, const Transform& tf) {
+void TrustRegion::setTransform(std::size_t obstacle, const Transform& tf) {
   requireRigid(tf);
   state_->obstacles.at(obstacle).tf = tf;
 }
 
-template <typename S>
-void TrustRegion<S>::begin(const Points& positions) {
+void TrustRegion::begin(const Points& positions) {
   State& s = *state_;
   s.read(positions, s.start);
   s.begun = positions;
@@ -164,8 +148,7 @@ void TrustRegion<S>::begin(const Points& positions) {
   s.has_begun = true;
 }
 
-template <typename S>
-TrustRegionReport TrustRegion<S>::truncate(const Points& proposed, Points& accepted) {
+TrustRegionReport TrustRegion::truncate(const Points& proposed, Points& accepted) {
   State& s = *state_;
   if (!s.has_begun) refuseMotion("a trust region truncates after `begin`");
   s.read(proposed, s.proposed);
@@ -183,17 +166,8 @@ TrustRegionReport TrustRegion<S>::truncate(const Points& proposed, Points& accep
   return report;
 }
 
-template <typename S>
-const typename TrustRegion<S>::Points& TrustRegion<S>::accepted() const {
-  return state_->accepted;
-}
+const typename TrustRegion::Points& TrustRegion::accepted() const { return state_->accepted; }
 
-template <typename S>
-std::size_t TrustRegion<S>::numPairs() const {
-  return state_->region.numPairs();
-}
-
-template class TrustRegion<float>;
-template class TrustRegion<double>;
+std::size_t TrustRegion::numPairs() const { return state_->region.numPairs(); }
 
 }  // namespace adaptive_bvh

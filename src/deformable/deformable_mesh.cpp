@@ -15,7 +15,8 @@ void detail::refusePointMatrix(Eigen::Index rows, Eigen::Index columns) {
       " matrix; " +
       (rows == 3 && columns == 3
            ? "only its type can state whether its rows or its columns are the points: pass an "
-             "Eigen::Matrix<S, 3, Eigen::Dynamic> or an Eigen::Matrix<S, Eigen::Dynamic, 3>"
+             "Eigen::Matrix<double, 3, Eigen::Dynamic> or an Eigen::Matrix<double, Eigen::Dynamic, "
+             "3>"
            : "3 x N or N x 3 is needed"));
 }
 
@@ -107,10 +108,10 @@ bool checkMesh(const MeshState& state, std::string* reason) {
   return true;
 }
 
-void requireThreads(const char* call, int threads) {
+void requireThreads(int threads) {
   if (threads < 1)
-    throw std::invalid_argument(std::string("DeformableMesh::") + call + ": " +
-                                std::to_string(threads) + " threads; at least 1 is needed");
+    throw std::invalid_argument("DeformableMesh::setThreads: " + std::to_string(threads) +
+                                " threads; at least 1 is needed");
 }
 
 void requireCount(std::size_t count, std::size_t vertices) {
@@ -119,161 +120,110 @@ void requireCount(std::size_t count, std::size_t vertices) {
                                 " positions given for " + std::to_string(vertices) + " vertices");
 }
 
-template <typename S>
-detail::StridedPoints<S> sideBySide(const fcl::Vector3<S>* points, std::size_t count) {
-  static_assert(sizeof(fcl::Vector3<S>) == 3 * sizeof(S), "points lie side by side");
-  return {reinterpret_cast<const S*>(points), static_cast<Eigen::Index>(count), 3, 1};
-}
-
-// The positions in single precision that a single-precision mesh keeps for the user (HeldMesh).
-void setUserPrevious(const HeldMesh<double>&, const std::vector<fcl::Vector3d>&) {}
-void setUserPrevious(HeldMesh<float>& mesh, std::vector<fcl::Vector3f> positions) {
-  mesh.own_previous = std::move(positions);
-}
-
-std::size_t userBytes(const HeldMesh<double>&) { return 0; }
-std::size_t userBytes(const HeldMesh<float>& mesh) {
-  return (mesh.own_vertices.capacity() + mesh.own_previous.capacity()) * sizeof(fcl::Vector3f);
+detail::StridedPoints sideBySide(const fcl::Vector3d* points, std::size_t count) {
+  static_assert(sizeof(fcl::Vector3d) == 3 * sizeof(double), "points lie side by side");
+  return {reinterpret_cast<const double*>(points), static_cast<Eigen::Index>(count), 3, 1};
 }
 
 }  // namespace
 
-template <typename S>
-DeformableMesh<S>::DeformableMesh(std::unique_ptr<HeldMesh<S>> held) : held_(std::move(held)) {}
+DeformableMesh::DeformableMesh(std::unique_ptr<MeshState> state) : state_(std::move(state)) {}
 
-template <typename S>
-DeformableMesh<S>::DeformableMesh(std::vector<Point> vertices, std::vector<fcl::Triangle> triangles)
-    : held_(std::make_unique<HeldMesh<S>>()) {
-  build(std::move(vertices), std::move(triangles), *held_, *this);
+DeformableMesh::DeformableMesh(std::vector<Point> vertices, std::vector<fcl::Triangle> triangles)
+    : state_(std::make_unique<MeshState>()) {
+  build(std::move(vertices), std::move(triangles), *state_, *this);
 }
 
-template <typename S>
-DeformableMesh<S>::DeformableMesh(TriangleMesh<S> mesh)
+DeformableMesh::DeformableMesh(TriangleMesh mesh)
     : DeformableMesh(std::move(mesh.vertices), std::move(mesh.triangles)) {}
 
-template <typename S>
-DeformableMesh<S>::DeformableMesh(const DeformableMesh& other)
-    : fcl::CollisionGeometry<S>(other), held_(std::make_unique<HeldMesh<S>>(*other.held_)) {
-  held_->state().is_copy = true;
+DeformableMesh::DeformableMesh(const DeformableMesh& other)
+    : fcl::CollisionGeometryd(other), state_(std::make_unique<MeshState>(*other.state_)) {
+  state_->is_copy = true;
 }
 
-template <typename S>
-DeformableMesh<S>& DeformableMesh<S>::operator=(const DeformableMesh& other) {
+DeformableMesh& DeformableMesh::operator=(const DeformableMesh& other) {
   if (this == &other) return *this;
-  if (held_) {
-    held_->reserve(*other.held_);
-    *held_ = *other.held_;
+  if (state_) {
+    state_->reserve(*other.state_);
+    *state_ = *other.state_;
   } else {
-    held_ = std::make_unique<HeldMesh<S>>(*other.held_);
+    state_ = std::make_unique<MeshState>(*other.state_);
   }
-  held_->state().is_copy = true;
-  fcl::CollisionGeometry<S>::operator=(other);
+  state_->is_copy = true;
+  fcl::CollisionGeometryd::operator=(other);
   return *this;
 }
 
-template <typename S>
-DeformableMesh<S>::DeformableMesh(DeformableMesh&& other) noexcept = default;
-template <typename S>
-DeformableMesh<S>& DeformableMesh<S>::operator=(DeformableMesh&& other) noexcept = default;
-template <typename S>
-DeformableMesh<S>::~DeformableMesh() = default;
+DeformableMesh::DeformableMesh(DeformableMesh&& other) noexcept = default;
+DeformableMesh& DeformableMesh::operator=(DeformableMesh&& other) noexcept = default;
+DeformableMesh::~DeformableMesh() = default;
 
-template <typename S>
-auto DeformableMesh<S>::vertices() const -> const std::vector<Point>& {
-  return held_->vertices();
+auto DeformableMesh::vertices() const -> const std::vector<Point>& { return state_->vertices; }
+
+auto DeformableMesh::previousVertices() const -> const std::vector<Point>& {
+  return state_->previous;
 }
 
-template <typename S>
-auto DeformableMesh<S>::previousVertices() const -> const std::vector<Point>& {
-  return held_->previous();
+const std::vector<fcl::Triangle>& DeformableMesh::triangles() const {
+  return state_->topology->triangles;
 }
 
-template <typename S>
-const std::vector<fcl::Triangle>& DeformableMesh<S>::triangles() const {
-  return held_->state().topology->triangles;
-}
-
-template <typename S>
-const MeshUpdate& DeformableMesh<S>::update(const Point* positions, std::size_t count) {
+const MeshUpdate& DeformableMesh::update(const Point* positions, std::size_t count) {
   return updateStrided(sideBySide(positions, count), false);
 }
 
-template <typename S>
-const MeshUpdate& DeformableMesh<S>::updateStrided(const detail::StridedPoints<S>& positions,
-                                                   bool two_frames) {
-  requireCount(static_cast<std::size_t>(positions.count), held_->state().vertices.size());
-  StepMemory memory(*held_, two_frames ? UpdateKind::TwoFrames : UpdateKind::All);
-  takeStep<S>(*held_, *this, {positions.data, positions.point, positions.component}, two_frames,
-              memory);
-  return held_->state().report;
+const MeshUpdate& DeformableMesh::updateStrided(const detail::StridedPoints& positions,
+                                                bool two_frames) {
+  requireCount(static_cast<std::size_t>(positions.count), state_->vertices.size());
+  StepMemory memory(*state_, two_frames ? UpdateKind::TwoFrames : UpdateKind::All);
+  takeStep(*state_, *this, {positions.data, positions.point, positions.component}, two_frames,
+           memory);
+  return state_->report;
 }
 
-template <typename S>
-const MeshUpdate& DeformableMesh<S>::update(const unsigned* indices, const Point* positions,
-                                            std::size_t count) {
-  takeStep<S>(*held_, *this, indices, positions, count, {*held_, UpdateKind::Some});
-  return held_->state().report;
+const MeshUpdate& DeformableMesh::update(const unsigned* indices, const Point* positions,
+                                         std::size_t count) {
+  takeStep(*state_, *this, indices, positions, count, {*state_, UpdateKind::Some});
+  return state_->report;
 }
 
-template <typename S>
-const MeshUpdate& DeformableMesh<S>::updateTwoFrames(const Point* positions, std::size_t count) {
+const MeshUpdate& DeformableMesh::updateTwoFrames(const Point* positions, std::size_t count) {
   return updateStrided(sideBySide(positions, count), true);
 }
 
-template <typename S>
-void DeformableMesh<S>::setPrevious(std::vector<Point> positions) {
-  MeshState& state = held_->state();
-  state.previous = inDouble(positions);
+void DeformableMesh::setPrevious(std::vector<Point> positions) {
+  MeshState& state = *state_;
+  state.previous = std::move(positions);
   VertexSummary<double> step;
   step.add(state.vertices.data(), state.previous.data(), state.previous.size());
   state.report.largest_displacement = step.largestDisplacement();
-  setUserPrevious(*held_, std::move(positions));
 }
 
-template <typename S>
-const MeshUpdate& DeformableMesh<S>::lastUpdate() const {
-  return held_->state().report;
+const MeshUpdate& DeformableMesh::lastUpdate() const { return state_->report; }
+
+bool DeformableMesh::validate(std::string* reason) const { return checkMesh(*state_, reason); }
+
+void DeformableMesh::setThreads(int threads) {
+  requireThreads(threads);
+  state_->threads = threads;
 }
 
-template <typename S>
-bool DeformableMesh<S>::validate(std::string* reason) const {
-  return checkMesh(held_->state(), reason);
-}
-
-template <typename S>
-void DeformableMesh<S>::setUpdateThreads(int threads) {
-  requireThreads("setUpdateThreads", threads);
-  held_->state().update_threads = threads;
-}
-
-template <typename S>
-void DeformableMesh<S>::setQueryThreads(int threads) {
-  requireThreads("setQueryThreads", threads);
-  held_->state().query_threads = threads;
-}
-
-template <typename S>
-std::size_t DeformableMesh<S>::bytes() const {
+std::size_t DeformableMesh::bytes() const {
   const auto size = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-  return sizeof(*this) + sizeof(*held_) + held_->state().topology->bytes() +
-         size(held_->state().vertices) + size(held_->state().previous) +
-         held_->state().tree.bytes() + held_->state().moved.bytes() + userBytes(*held_);
+  return sizeof(*this) + sizeof(*state_) + state_->topology->bytes() + size(state_->vertices) +
+         size(state_->previous) + state_->tree.bytes() + state_->moved.bytes();
 }
 
-template <typename S>
-void DeformableMesh<S>::refuseMatrix(const char* what, Eigen::Index rows, Eigen::Index columns) {
+void DeformableMesh::refuseMatrix(const char* what, Eigen::Index rows, Eigen::Index columns) {
   throw std::invalid_argument(std::string("DeformableMesh: the ") + what + " are a " +
                               std::to_string(rows) + " x " + std::to_string(columns) +
                               " matrix; N x 3 is needed");
 }
 
-template <typename S>
-void DeformableMesh<S>::refuseLengths(std::size_t indices, std::size_t positions) {
+void DeformableMesh::refuseLengths(std::size_t indices, std::size_t positions) {
   throw std::invalid_argument("DeformableMesh: " + std::to_string(positions) +
                               " positions given for " + std::to_string(indices) + " indices");
 }
-
-template class DeformableMesh<float>;
-template class DeformableMesh<double>;
 
 }  // namespace adaptive_bvh

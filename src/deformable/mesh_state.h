@@ -37,14 +37,14 @@ struct MeshTopology {
   }
 };
 
-/// The state of a mesh that queries read, always in double precision.
+/// The private data of a DeformableMesh, which queries read.
 struct MeshState {
   using Point = fcl::Vector3d;
 
   std::shared_ptr<const MeshTopology> topology;
   std::vector<Point> vertices;
   std::vector<Point> previous;  ///< empty unless the last update was a two-frame update
-  LocalBounds<double> bounds;
+  LocalBounds bounds;
   WideTree tree;     ///< boxes of `vertices`
   DirtyNodes moved;  ///< created by the first update of some vertices
   BodyAxes axes;     ///< axes of the tree's coordinates
@@ -55,7 +55,7 @@ struct MeshState {
   std::uint64_t lineage = 0;
   bool is_copy = false;       ///< whether this is a copy without an update since
   std::uint64_t version = 0;  ///< identifies the positions, among those of all meshes
-  int update_threads = 1, query_threads = 1;
+  int threads = 1;            ///< of updates and queries
   MeshUpdate report;
 
   /// The mesh in FCL's layout.
@@ -72,78 +72,18 @@ struct MeshState {
   int numTriangles() const { return static_cast<int>(topology->triangles.size()); }
 };
 
-template <typename S>
-struct HeldMesh;
-
 namespace detail {
 
 /// Gives the library access to the private data of a mesh.
-template <typename S>
 struct MeshAccess {
-  static HeldMesh<S>& held(DeformableMesh<S>& mesh) { return *mesh.held_; }
-  static const HeldMesh<S>& held(const DeformableMesh<S>& mesh) { return *mesh.held_; }
-  static const MeshState& state(const DeformableMesh<S>& mesh);
-  /// A mesh with an empty state, which is built later.
-  static DeformableMesh<S> empty() { return DeformableMesh<S>(std::make_unique<HeldMesh<S>>()); }
+  static MeshState& state(DeformableMesh& mesh) { return *mesh.state_; }
+  static const MeshState& state(const DeformableMesh& mesh) { return *mesh.state_; }
 };
 
 }  // namespace detail
 
-/// The private data of a DeformableMesh.
-template <>
-struct HeldMesh<double> {
-  using Points = std::vector<fcl::Vector3d>;
-
-  const MeshState& state() const { return own; }
-  MeshState& state() { return own; }
-  const Points& vertices() const { return own.vertices; }
-  const Points& previous() const { return own.previous; }
-  /// Allocates the memory that `*this = other` needs, so that the assignment throws nothing.
-  void reserve(const HeldMesh& other) { own.reserve(other.own); }
-  /// Allocates the memory for the copies of the state's positions; there are none.
-  static void reserve() {}
-
-  MeshState own;
-};
-
-/// The private data of a single-precision mesh: a double-precision mesh, which all queries read,
-/// and a copy of its positions in single precision.
-template <>
-struct HeldMesh<float> {
-  using Points = std::vector<fcl::Vector3f>;
-
-  const MeshState& state() const { return detail::MeshAccess<double>::state(mesh); }
-  MeshState& state() { return detail::MeshAccess<double>::held(mesh).own; }
-  const Points& vertices() const { return own_vertices; }
-  const Points& previous() const { return own_previous; }
-  void reserve(const HeldMesh& other) {
-    detail::MeshAccess<double>::held(mesh).reserve(detail::MeshAccess<double>::held(other.mesh));
-    own_vertices.reserve(other.own_vertices.size());
-    own_previous.reserve(other.own_previous.size());
-  }
-  void reserve() {
-    own_vertices.reserve(state().vertices.size());
-    own_previous.reserve(state().previous.capacity());
-  }
-
-  DeformableMesh<double> mesh = detail::MeshAccess<double>::empty();
-  Points own_vertices, own_previous;
-};
-
-template <typename S>
-const MeshState& detail::MeshAccess<S>::state(const DeformableMesh<S>& mesh) {
-  return mesh.held_->state();
-}
-
-template <typename S>
-const MeshState& stateOf(const DeformableMesh<S>& mesh) {
-  return detail::MeshAccess<S>::state(mesh);
-}
-
-/// The double-precision mesh that queries read: the mesh itself, or the one inside it.
-inline const DeformableMesh<double>& inDouble(const DeformableMesh<double>& mesh) { return mesh; }
-inline const DeformableMesh<double>& inDouble(const DeformableMesh<float>& mesh) {
-  return detail::MeshAccess<float>::held(mesh).mesh;
+inline const MeshState& stateOf(const DeformableMesh& mesh) {
+  return detail::MeshAccess::state(mesh);
 }
 
 }  // namespace adaptive_bvh

@@ -24,9 +24,9 @@ std::uint64_t newNumber() {
 }
 
 /// Throws unless position i, of vertex indexOf(i), can be used for every i.
-template <typename S, typename Positions, typename IndexOf>
+template <typename Positions, typename IndexOf>
 void requireUsable(const Positions& positions, std::size_t count, const IndexOf& indexOf) {
-  requireUsablePositions<S>("DeformableMesh", positions, count, indexOf);
+  requireUsablePositions<double>("DeformableMesh", positions, count, indexOf);
 }
 
 /// Tree coordinates along the body's axes, with its centre as origin. The body's coordinates are
@@ -38,8 +38,7 @@ BodyCoordinates coordinatesOf(const MeshState& state) {
 }
 
 /// Writes the positions, and sets the radius of the enclosing ball around the centre of the box.
-template <typename S>
-void writeAll(MeshState& state, const PositionArray<S>& positions, StepMemory& memory) {
+void writeAll(MeshState& state, const PositionArray& positions, StepMemory& memory) {
   const fcl::Vector3d middle = state.bounds.aabb_center;
   fcl::Vector3d* const vertices = state.vertices.data();
   const TaskPool& pool = memory.pool;
@@ -57,8 +56,7 @@ void writeAll(MeshState& state, const PositionArray<S>& positions, StepMemory& m
 }
 
 /// The bounding box of the new positions and the largest displacement, before anything is written.
-template <typename S>
-VertexSummary<double> summaryOf(const MeshState& state, const PositionArray<S>& positions,
+VertexSummary<double> summaryOf(const MeshState& state, const PositionArray& positions,
                                 StepMemory& memory) {
   const fcl::Vector3d* const vertices = state.vertices.data();
   const TaskPool& pool = memory.pool;
@@ -111,60 +109,24 @@ DirtyNodes dirtyNodesOf(const WideTree& tree, std::size_t num_vertices) {
 /// than it gains.
 int threadsOf(const MeshState& state) {
   constexpr std::size_t kParallelTriangles = 50000;
-  return state.topology->triangles.size() >= kParallelTriangles ? state.update_threads : 1;
-}
-
-/// Converts points to single precision.
-void narrow(const std::vector<fcl::Vector3d>& from, std::vector<fcl::Vector3f>& to) {
-  to.resize(from.size());
-  for (std::size_t i = 0; i < from.size(); ++i) to[i] = from[i].cast<float>();
-}
-
-/// Copies the mesh's state to the data that the user sees: the bounds of `geometry`, which is the
-/// DeformableMesh itself, and positions in single precision.
-void publish(const HeldMesh<double>& mesh, fcl::CollisionGeometryd& geometry) {
-  copyBounds(mesh.own.bounds, geometry);
-}
-void publish(HeldMesh<float>& mesh, fcl::CollisionGeometryf& geometry) {
-  copyBounds(mesh.state().bounds, mesh.mesh);
-  copyBounds(mesh.state().bounds, geometry);
-  narrow(mesh.state().vertices, mesh.own_vertices);
-  narrow(mesh.state().previous, mesh.own_previous);
-}
-/// `publish` after an update of the vertices with these indices.
-void publish(const HeldMesh<double>& mesh, fcl::CollisionGeometryd& geometry, const unsigned*,
-             std::size_t) {
-  publish(mesh, geometry);
-}
-void publish(HeldMesh<float>& mesh, fcl::CollisionGeometryf& geometry, const unsigned* indices,
-             std::size_t count) {
-  copyBounds(mesh.state().bounds, mesh.mesh);
-  copyBounds(mesh.state().bounds, geometry);
-  for (std::size_t i = 0; i < count; ++i)
-    mesh.own_vertices[indices[i]] = mesh.state().vertices[indices[i]].cast<float>();
-  mesh.own_previous.clear();
+  return state.topology->triangles.size() >= kParallelTriangles ? state.threads : 1;
 }
 
 }  // namespace
 
-template <typename S>
-StepMemory::StepMemory(HeldMesh<S>& mesh, UpdateKind kind)
-    : pool(threadsOf(mesh.state())), summary(pool.size()), squared_radius(pool.size()) {
-  MeshState& state = mesh.state();
+StepMemory::StepMemory(MeshState& state, UpdateKind kind)
+    : pool(threadsOf(state)), summary(pool.size()), squared_radius(pool.size()) {
   state.tree.reserve(pool);
   if (kind == UpdateKind::TwoFrames) state.previous.reserve(state.vertices.size());
   if (kind == UpdateKind::Some && state.moved.isEmpty())
     state.moved = dirtyNodesOf(state.tree, state.vertices.size());
-  mesh.reserve();
 }
 
-template <typename S>
-void requireUsable(const std::vector<fcl::Vector3<S>>& positions) {
-  requireUsable<S>(positions, positions.size(), [](std::size_t i) { return i; });
+void requireUsable(const std::vector<fcl::Vector3d>& positions) {
+  requireUsable(positions, positions.size(), [](std::size_t i) { return i; });
 }
 
-template <typename S>
-void requireBuildable(const std::vector<fcl::Vector3<S>>& vertices,
+void requireBuildable(const std::vector<fcl::Vector3d>& vertices,
                       const std::vector<fcl::Triangle>& triangles) {
   if (triangles.empty()) throw std::invalid_argument("DeformableMesh: there are no triangles");
   for (std::size_t t = 0; t < triangles.size(); ++t)
@@ -177,13 +139,12 @@ void requireBuildable(const std::vector<fcl::Vector3<S>>& vertices,
   requireUsable(vertices);
 }
 
-template <typename S>
-void build(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> triangles,
-           HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry) {
+void build(std::vector<fcl::Vector3d> vertices, std::vector<fcl::Triangle> triangles,
+           MeshState& state, fcl::CollisionGeometryd& geometry) {
   requireBuildable(vertices, triangles);
-  const MeshView<S> view{vertices.data(), nullptr, triangles.data()};
+  const MeshView<double> view{vertices.data(), nullptr, triangles.data()};
   const OrderedTree order(buildBottomUp(view, static_cast<unsigned>(triangles.size())));
-  buildFromTree(std::move(vertices), std::move(triangles), order, nullptr, mesh, geometry);
+  buildFromTree(std::move(vertices), std::move(triangles), order, nullptr, state, geometry);
 }
 
 namespace {
@@ -215,29 +176,24 @@ void buildState(std::vector<fcl::Vector3d> vertices, std::vector<fcl::Triangle> 
 
 }  // namespace
 
-template <typename S>
-void buildFromTree(std::vector<fcl::Vector3<S>> vertices, std::vector<fcl::Triangle> triangles,
-                   const OrderedTree& order, const fcl::Matrix3d* axes, HeldMesh<S>& mesh,
-                   fcl::CollisionGeometry<S>& geometry) {
-  MeshState& state = mesh.state();
-  buildState(inDouble(std::move(vertices)), std::move(triangles), order, axes, state);
-  StepMemory memory(mesh, UpdateKind::All);
+void buildFromTree(std::vector<fcl::Vector3d> vertices, std::vector<fcl::Triangle> triangles,
+                   const OrderedTree& order, const fcl::Matrix3d* axes, MeshState& state,
+                   fcl::CollisionGeometryd& geometry) {
+  buildState(std::move(vertices), std::move(triangles), order, axes, state);
+  StepMemory memory(state, UpdateKind::All);
   // Copies the positions to themselves, for the radius that this computes.
-  writeAll(state, PositionArray<double>{state.vertices[0].data()}, memory);
+  writeAll(state, PositionArray{state.vertices[0].data()}, memory);
   refit(state, memory.pool);
-  publish(mesh, geometry);
+  copyBounds(state.bounds, geometry);
 }
 
-template <typename S>
-void takeStep(HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry,
-              const PositionArray<S>& positions, bool two_frames, StepMemory& memory) {
+void takeStep(MeshState& state, fcl::CollisionGeometryd& geometry, const PositionArray& positions,
+              bool two_frames, StepMemory& memory) {
   Stopwatch watch;
-  MeshState& state = mesh.state();
   const std::size_t count = state.vertices.size();
   const VertexSummary<double> summary = summaryOf(state, positions, memory);
   // isSurelyUsable may be false for usable positions; then each is tested.
-  if (!summary.isSurelyUsable(rounding::largestCoordinate<S>()))
-    requireUsable<S>(positions, count, [](std::size_t i) { return i; });
+  if (!summary.isSurelyUsable()) requireUsable(positions, count, [](std::size_t i) { return i; });
   // Nothing is thrown from here on.
   state.report = MeshUpdate();
   state.report.vertices = count;
@@ -256,7 +212,7 @@ void takeStep(HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry,
     state.vertices = state.previous;  // the swap has exchanged them
   }
   if (!two_frames) state.previous.clear();
-  publish(mesh, geometry);
+  copyBounds(state.bounds, geometry);
   state.report.seconds = watch.lap();
 }
 
@@ -268,28 +224,26 @@ bool fits(const BodyCoordinates& coordinates, const fcl::Vector3d& x) {
 }
 
 /// Throws unless the indices are in range and the positions are usable.
-template <typename S>
-void requireUsable(const MeshState& state, const unsigned* indices,
-                   const fcl::Vector3<S>* positions, std::size_t count) {
+void requireUsable(const MeshState& state, const unsigned* indices, const fcl::Vector3d* positions,
+                   std::size_t count) {
   for (std::size_t i = 0; i < count; ++i)
     if (indices[i] >= state.vertices.size())
       throw std::invalid_argument("DeformableMesh: index " + std::to_string(indices[i]) +
                                   " given for " + std::to_string(state.vertices.size()) +
                                   " vertices");
-  requireUsable<S>(positions, count, [&](std::size_t i) { return indices[i]; });
+  requireUsable(positions, count, [&](std::size_t i) { return indices[i]; });
 }
 
 /// An update of some vertices: `move` writes their positions; then `finish` updates the mesh's
 /// bounds, axes and tree.
-template <typename S>
 class MovedVertices {
  public:
   explicit MovedVertices(MeshState& state) : state_(state), box_(state.bounds.aabb_local) {}
 
-  void move(const unsigned* indices, const fcl::Vector3<S>* positions, std::size_t count) {
+  void move(const unsigned* indices, const fcl::Vector3d* positions, std::size_t count) {
     state_.moved.forEachLast(indices, count, [&](std::size_t i) {
       fcl::Vector3d& vertex = state_.vertices[indices[i]];
-      const fcl::Vector3d to = positions[i].template cast<double>();
+      const fcl::Vector3d to = positions[i];
       if (vertex == to) return;
       box_.move(vertex, to);
       vertex = to;
@@ -327,44 +281,24 @@ class MovedVertices {
 
 }  // namespace
 
-template <typename S>
-void takeStep(HeldMesh<S>& mesh, fcl::CollisionGeometry<S>& geometry, const unsigned* indices,
-              const fcl::Vector3<S>* positions, std::size_t count, const StepMemory& memory) {
+void takeStep(MeshState& state, fcl::CollisionGeometryd& geometry, const unsigned* indices,
+              const fcl::Vector3d* positions, std::size_t count, const StepMemory& memory) {
   Stopwatch watch;
-  MeshState& state = mesh.state();
   requireUsable(state, indices, positions, count);
-  std::vector<fcl::Vector3<S>> copy;
-  if (overlap(positions, count, mesh.vertices().data(), mesh.vertices().size())) {
+  std::vector<fcl::Vector3d> copy;
+  if (overlap(positions, count, state.vertices.data(), state.vertices.size())) {
     copy.assign(positions, positions + count);
     positions = copy.data();
   }
   // Nothing is thrown from here on.
   state.report = MeshUpdate();
   state.report.vertices = count;
-  MovedVertices<S> moved(state);
+  MovedVertices moved(state);
   moved.move(indices, positions, count);
   state.previous.clear();
   if (moved.hasMoved()) moved.finish(memory.pool);
-  publish(mesh, geometry, indices, count);
+  copyBounds(state.bounds, geometry);
   state.report.seconds = watch.lap();
 }
-
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                               \
-  template void build(std::vector<fcl::Vector3<S>>, std::vector<fcl::Triangle>, HeldMesh<S>&,     \
-                      fcl::CollisionGeometry<S>&);                                                \
-  template void requireBuildable(const std::vector<fcl::Vector3<S>>&,                             \
-                                 const std::vector<fcl::Triangle>&);                              \
-  template void requireUsable(const std::vector<fcl::Vector3<S>>&);                               \
-  template void buildFromTree(std::vector<fcl::Vector3<S>>, std::vector<fcl::Triangle>,           \
-                              const OrderedTree&, const fcl::Matrix3d*, HeldMesh<S>&,             \
-                              fcl::CollisionGeometry<S>&);                                        \
-  template StepMemory::StepMemory(HeldMesh<S>&, UpdateKind);                                      \
-  template void takeStep(HeldMesh<S>&, fcl::CollisionGeometry<S>&, const PositionArray<S>&, bool, \
-                         StepMemory&);                                                            \
-  template void takeStep(HeldMesh<S>&, fcl::CollisionGeometry<S>&, const unsigned*,               \
-                         const fcl::Vector3<S>*, std::size_t, const StepMemory&);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
-#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -18,10 +18,9 @@
 namespace adaptive_bvh {
 namespace {
 
-/// The first eight bytes, which name the number type.
-template <typename S>
-constexpr std::array<char, 8> kMeshMagic = {'A', 'B', 'V', 'H',
-                                            'M', 'S', 'H', sizeof(S) == sizeof(double) ? 'd' : 'f'};
+/// The first eight bytes. Versions before 0.3 also saved meshes in single precision.
+constexpr std::array<char, 8> kMeshMagic = {'A', 'B', 'V', 'H', 'M', 'S', 'H', 'd'},
+                              kSingleMagic = {'A', 'B', 'V', 'H', 'M', 'S', 'H', 'f'};
 constexpr std::uint32_t kMeshVersion = 1, kMeshByteOrder = 0x01020304;
 
 /// The header, which follows the magic number.
@@ -137,15 +136,14 @@ std::vector<bool> unpackedBits(const std::vector<unsigned char>& bytes, std::siz
 }
 
 /// Reads the magic number and the header. Throws unless this library can read such a mesh.
-template <typename S>
 SavedHeader readHeader(MeshReader& reader) {
   std::array<char, 8> magic;
   reader.read(magic.data(), magic.size());
-  if (magic == kMeshMagic<float> && sizeof(S) == sizeof(double))
-    failToLoad("the mesh has numbers of type float; load it as a DeformableMesh<float>");
-  if (magic == kMeshMagic<double> && sizeof(S) == sizeof(float))
-    failToLoad("the mesh has numbers of type double; load it as a DeformableMesh<double>");
-  if (magic != kMeshMagic<S>) failToLoad("the data are not those of a saved mesh");
+  if (magic == kSingleMagic)
+    failToLoad(
+        "the mesh was saved in single precision, which no version from 0.3 on reads; build "
+        "and save it anew");
+  if (magic != kMeshMagic) failToLoad("the data are not those of a saved mesh");
   SavedHeader header;
   reader.read(&header, 1);
   if (header.byte_order != kMeshByteOrder) failToLoad("the data have another byte order");
@@ -172,9 +170,8 @@ fcl::Matrix3d axesFrom(const double* numbers) {
 
 }  // namespace
 
-template <typename S>
-void DeformableMesh<S>::save(std::ostream& out) const {
-  const MeshState& state = held_->state();
+void DeformableMesh::save(std::ostream& out) const {
+  const MeshState& state = *state_;
   const MeshTopology& topology = *state.topology;
   SavedHeader header{kMeshVersion,
                      kMeshByteOrder,
@@ -193,20 +190,19 @@ void DeformableMesh<S>::save(std::ostream& out) const {
   const std::vector<unsigned char> shape = packedBits(topology.shape);
 
   MeshWriter writer(out);
-  writer.write(kMeshMagic<S>.data(), kMeshMagic<S>.size());
+  writer.write(kMeshMagic.data(), kMeshMagic.size());
   writer.write(&header, 1);
-  writer.write(held_->vertices().data(), held_->vertices().size());
-  writer.write(held_->previous().data(), held_->previous().size());
+  writer.write(state.vertices.data(), state.vertices.size());
+  writer.write(state.previous.data(), state.previous.size());
   writer.write(corners.data(), corners.size());
   writer.write(order.data(), order.size());
   writer.write(shape.data(), shape.size());
   writer.finish();
 }
 
-template <typename S>
-DeformableMesh<S>::DeformableMesh(std::istream& in) : held_(std::make_unique<HeldMesh<S>>()) {
+DeformableMesh::DeformableMesh(std::istream& in) : state_(std::make_unique<MeshState>()) {
   MeshReader reader(in);
-  const SavedHeader header = readHeader<S>(reader);
+  const SavedHeader header = readHeader(reader);
   const fcl::Matrix3d axes = axesFrom(header.axes);
   std::vector<Point> vertices, previous;
   std::vector<std::array<std::uint32_t, 3>> corners;
@@ -232,21 +228,10 @@ DeformableMesh<S>::DeformableMesh(std::istream& in) : held_(std::make_unique<Hel
   } catch (const std::invalid_argument& error) {
     failToLoad(std::string("the data are damaged: ") + error.what());
   }
-  buildFromTree(std::move(vertices), std::move(triangles), tree, &axes, *held_, *this);
+  buildFromTree(std::move(vertices), std::move(triangles), tree, &axes, *state_, *this);
   setPrevious(std::move(previous));
 }
 
-template <typename S>
-DeformableMesh<S> DeformableMesh<S>::load(std::istream& in) {
-  return DeformableMesh(in);
-}
-
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                  \
-  template void DeformableMesh<S>::save(std::ostream&) const;        \
-  template DeformableMesh<S> DeformableMesh<S>::load(std::istream&); \
-  template DeformableMesh<S>::DeformableMesh(std::istream&);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
-#undef ADAPTIVE_BVH_INSTANTIATE
+DeformableMesh DeformableMesh::load(std::istream& in) { return DeformableMesh(in); }
 
 }  // namespace adaptive_bvh

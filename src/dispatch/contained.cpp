@@ -29,13 +29,13 @@ class InsideContact {
   }
 
  private:
-  const fcl::Transform3<double> tf_;
+  const fcl::Transform3d tf_;
   DepthPoint<int> point_;
   DepthBounds bounds_;
 };
 
 void add(fcl::Contactd contact, const InsideContact& inside, double sign,
-         const CollisionQuery<double>& query) {
+         const CollisionQuery& query) {
   if (query.request.enable_contact) inside.describe(sign, contact);
   query.result.addContact(contact);
 }
@@ -55,7 +55,7 @@ void visitShapeInside(const PlacedSolid& shape, const PlacedMesh& around, const 
 
 void addContained(const PlacedMesh& mesh, const PlacedMesh& around, bool is_around_first,
                   const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
-                  const CollisionQuery<double>& query) {
+                  const CollisionQuery& query) {
   if (!o1.isOccupied() || !o2.isOccupied()) return;
   visitContained(mesh, around, [&](int triangle, const fcl::Vector3d& x, MeshTarget& target) {
     const InsideContact inside(around, x, target);
@@ -75,7 +75,7 @@ bool isContained(const PlacedSolid& shape, const PlacedMesh& around) {
 
 void addContained(const PlacedSolid& shape, const PlacedMesh& around,
                   const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
-                  const CollisionQuery<double>& query) {
+                  const CollisionQuery& query) {
   if (!o1.isOccupied() || !o2.isOccupied()) return;
   visitShapeInside(shape, around, [&](const fcl::Vector3d& x, MeshTarget& target) {
     const InsideContact inside(around, x, target);

@@ -11,7 +11,7 @@ namespace adaptive_bvh {
 /// o2: the objects of the contact; `around` is o1 if `is_around_first`, else o2.
 void addContained(const PlacedMesh& mesh, const PlacedMesh& around, bool is_around_first,
                   const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
-                  const CollisionQuery<double>& query);
+                  const CollisionQuery& query);
 
 /// Whether a shape is inside a closed mesh. False for a plane or half-space.
 bool isContained(const PlacedSolid& shape, const PlacedMesh& around);
@@ -19,6 +19,6 @@ bool isContained(const PlacedSolid& shape, const PlacedMesh& around);
 /// Adds a contact at a point of a shape if it is inside a mesh. o1: the mesh; o2: the shape.
 void addContained(const PlacedSolid& shape, const PlacedMesh& around,
                   const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
-                  const CollisionQuery<double>& query);
+                  const CollisionQuery& query);
 
 }  // namespace adaptive_bvh

@@ -36,9 +36,8 @@ inline double boundOf(const PlacedSolid& shape, const CellBall& ball) {
 /// The convex parts of a body, and its pose: a shape, or the occupied cells of an octree.
 class ConvexParts {
  public:
-  /// Refers to FCL's shape or octree, of either number type.
-  template <typename S>
-  ConvexParts(const fcl::CollisionGeometry<S>& geometry, const fcl::Transform3d& tf) : tf_(tf) {
+  /// Refers to FCL's shape or octree.
+  ConvexParts(const fcl::CollisionGeometryd& geometry, const fcl::Transform3d& tf) : tf_(tf) {
 #if FCL_HAVE_OCTOMAP
     if (geometry.getNodeType() == fcl::GEOM_OCTREE) {
       cells_.emplace(geometry);

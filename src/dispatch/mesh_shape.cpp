@@ -21,26 +21,18 @@ bool isNearer(const PlacedMesh& mesh, const PlacedSolid& shape, const ShapeCore&
   return result.min_distance < above;
 }
 
-template <typename S>
-bool isNearer(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf1,
-              const fcl::CollisionGeometry<S>& shape, const fcl::Transform3<S>& tf2,
-              NonDeduced<S> distance, bool solid) {
+bool isNearer(const DeformableMesh& mesh, const fcl::Transform3d& tf1,
+              const fcl::CollisionGeometryd& shape, const fcl::Transform3d& tf2, double distance,
+              bool solid) {
   requireDistance(distance);
   requireRigid(tf1);
   requireRigid(tf2);
   if (solid) requireClosed(stateOf(mesh), "isNearer of solid bodies");
   const ShapeSolid solid_shape(shape);
   const PlacedMesh placed(mesh, tf1);
-  const PlacedSolid placed_shape{*solid_shape, tf2.template cast<double>()};
-  return isNearer(placed, placed_shape, solid_shape.core(), static_cast<double>(distance)) ||
+  const PlacedSolid placed_shape{*solid_shape, tf2};
+  return isNearer(placed, placed_shape, solid_shape.core(), distance) ||
          (solid && isContained(placed_shape, placed));
 }
-
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                           \
-  template bool isNearer(const DeformableMesh<S>&, const fcl::Transform3<S>&, \
-                         const fcl::CollisionGeometry<S>&, const fcl::Transform3<S>&, S, bool);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
-#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -24,41 +24,28 @@ struct Cell {
   CellExtent extent;
 };
 
-/// The occupied cells of an FCL octree of either number type, with boxes in double precision.
+/// The occupied cells of an FCL octree.
 class OctreeCells {
-  /// Returns function(octree), for either number type of the octree.
-  template <typename Function>
-  auto withOctree(const Function& function) const {
-    return single_ ? function(*single_) : function(*double_);
-  }
-
  public:
-  explicit OctreeCells(const fcl::CollisionGeometryf& octree)
-      : single_(static_cast<const fcl::OcTreef*>(&octree)) {}
   explicit OctreeCells(const fcl::CollisionGeometryd& octree)
-      : double_(static_cast<const fcl::OcTreed*>(&octree)) {}
+      : octree_(static_cast<const fcl::OcTreed&>(octree)) {}
 
-  fcl::AABBd rootBox() const {
-    return withOctree([](const auto& octree) -> fcl::AABBd {
-      const auto box = octree.getRootBV();
-      return {box.min_.template cast<double>(), box.max_.template cast<double>()};
-    });
-  }
+  fcl::AABBd rootBox() const { return octree_.getRootBV(); }
   /// Calls start(cell) with the root, if it is occupied.
   template <typename Start>
   void visitRoot(Start&& start) const {
-    if (const Node* node = root(); node && isOccupied(node)) start(Cell(node, rootBox()));
+    const Node* const root = octree_.getRoot();
+    if (root && octree_.isNodeOccupied(root)) start(Cell(root, rootBox()));
   }
-  bool isLeaf(const Cell& cell) const {
-    return withOctree([&](const auto& octree) { return !octree.nodeHasChildren(cell.node); });
-  }
+  bool isLeaf(const Cell& cell) const { return !octree_.nodeHasChildren(cell.node); }
 
   /// Calls visit(child) for the occupied children until it returns true; returns whether it did.
   template <typename Visit>
   bool forEachChild(const Cell& cell, Visit&& visit) const {
     for (unsigned i = 0; i < 8; ++i) {
-      const Node* const child = occupiedChild(cell.node, i);
-      if (!child) continue;
+      if (!octree_.nodeChildExists(cell.node, i)) continue;
+      const Node* const child = octree_.getNodeChild(cell.node, i);
+      if (!octree_.isNodeOccupied(child)) continue;
       fcl::AABBd box;
       fcl::computeChildBV(cell.box, i, box);
       if (visit(Cell(child, box))) return true;
@@ -67,27 +54,12 @@ class OctreeCells {
   }
 
   /// FCL's number of a cell.
-  std::intptr_t id(const Cell& cell) const { return cell.node - root(); }
+  std::intptr_t id(const Cell& cell) const { return cell.node - octree_.getRoot(); }
 
  private:
   using Node = octomap::OcTreeNode;
 
-  const Node* root() const {
-    return withOctree([](const auto& octree) -> const Node* { return octree.getRoot(); });
-  }
-  bool isOccupied(const Node* node) const {
-    return withOctree([&](const auto& octree) { return octree.isNodeOccupied(node); });
-  }
-  const Node* occupiedChild(const Node* node, unsigned i) const {
-    return withOctree([&](const auto& octree) -> const Node* {
-      if (!octree.nodeChildExists(node, i)) return nullptr;
-      const Node* const child = octree.getNodeChild(node, i);
-      return octree.isNodeOccupied(child) ? child : nullptr;
-    });
-  }
-
-  const fcl::OcTreef* single_ = nullptr;
-  const fcl::OcTreed* double_ = nullptr;
+  const fcl::OcTreed& octree_;
 };
 
 }  // namespace adaptive_bvh

@@ -44,7 +44,7 @@ class MeshOctreePair {
   /// The triangle of a leaf, as a TriangleOverlap or a TriangleDistance.
   template <typename Bound>
   Bound triangle(MeshNode leaf) const {
-    const TrianglePoints<double> x = triangles_[nodes_.triangle(leaf)];
+    const TrianglePoints x = triangles_[nodes_.triangle(leaf)];
     return {x[0], x[1], x[2], into_octree_};
   }
 
@@ -62,7 +62,7 @@ class MeshOctreePair {
 
    private:
     friend class MeshOctreePair;
-    CellAndTriangle(const Cell& cell, const TrianglePoints<double>& corners,
+    CellAndTriangle(const Cell& cell, const TrianglePoints& corners,
                     const fcl::Transform3d& octree_tf)
         : middle_(cell.middle()), box_(cell.half()), corners_(corners), octree_tf_(octree_tf) {
       for (fcl::Vector3d& x : corners_) x -= middle_;
@@ -70,12 +70,12 @@ class MeshOctreePair {
 
     const fcl::Vector3d middle_;
     const BoxSolid box_;
-    TrianglePoints<double> corners_;
+    TrianglePoints corners_;
     const fcl::Transform3d& octree_tf_;
   };
   CellAndTriangle cellAndTriangle(const Cell& cell, int triangle) {
     ++leaf_tests_;
-    const TrianglePoints<double> x = triangles_[triangle];
+    const TrianglePoints x = triangles_[triangle];
     return CellAndTriangle(cell, {to_octree_(x[0]), to_octree_(x[1]), to_octree_(x[2])},
                            octree_.tf);
   }
@@ -91,12 +91,12 @@ class MeshOctreePair {
 
 /// Lowers query.result to the distance of an octree (first object) and triangles. Sets no objects.
 void distanceToOctree(const QueryTriangles& mesh, const MeshNodes& nodes,
-                      const PlacedOctree& octree, const DistanceQuery<double>& query);
+                      const PlacedOctree& octree, const DistanceQuery& query);
 
 /// Adds the contacts of triangles with an octree, which is the first object.
 void collideWithOctree(const QueryTriangles& mesh, const MeshNodes& nodes,
                        const PlacedOctree& octree, const fcl::CollisionGeometryd& o1,
-                       const fcl::CollisionGeometryd& o2, const CollisionQuery<double>& query);
+                       const fcl::CollisionGeometryd& o2, const CollisionQuery& query);
 
 }  // namespace adaptive_bvh
 

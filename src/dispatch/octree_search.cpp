@@ -142,7 +142,7 @@ class NearestCells {
 }  // namespace
 
 void distanceToOctree(const QueryTriangles& mesh, const MeshNodes& nodes,
-                      const PlacedOctree& octree, const DistanceQuery<double>& query) {
+                      const PlacedOctree& octree, const DistanceQuery& query) {
   if (query.isSatisfied()) return;
   fcl::DistanceResultd& result = query.result;
   MeshOctreePair pair(mesh, nodes, octree);
@@ -165,7 +165,7 @@ void distanceToOctree(const QueryTriangles& mesh, const MeshNodes& nodes,
 
 void collideWithOctree(const QueryTriangles& mesh, const MeshNodes& nodes,
                        const PlacedOctree& octree, const fcl::CollisionGeometryd& o1,
-                       const fcl::CollisionGeometryd& o2, const CollisionQuery<double>& query) {
+                       const fcl::CollisionGeometryd& o2, const CollisionQuery& query) {
   if (query.isSatisfied() || !o2.isOccupied()) return;
   MeshOctreePair pair(mesh, nodes, octree);
   const auto test = [&](const Cell& cell, int triangle) {

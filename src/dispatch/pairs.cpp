@@ -13,8 +13,7 @@ namespace {
 
 using Reported = fcl::CollisionGeometryd;  ///< an object that contacts refer to
 
-void distanceOfMeshes(const QueryObject& a, const QueryObject& b,
-                      const DistanceQuery<double>& query) {
+void distanceOfMeshes(const QueryObject& a, const QueryObject& b, const DistanceQuery& query) {
   NearestPair nearest(a.mesh(), b.mesh(), query);
   constexpr int kMinTriangles = 1024;  // for fewer triangles closeTriangles costs what it saves
   if (a.mesh().mesh.numTriangles() + b.mesh().mesh.numTriangles() > kMinTriangles) {
@@ -24,39 +23,37 @@ void distanceOfMeshes(const QueryObject& a, const QueryObject& b,
   NearestSearch(a.mesh(), b.mesh(), nearest).run();
 }
 void collideMeshPair(const QueryObject& a, const QueryObject& b, const Reported& o1,
-                     const Reported& o2, const CollisionQuery<double>& query) {
+                     const Reported& o2, const CollisionQuery& query) {
   collideMeshes({o1, a.mesh()}, {o2, b.mesh()}, query);
 }
 
 MeshShapeSearch shapeSearch(const QueryObject& mesh, const QueryObject& shape) {
   return {mesh.mesh(), shape.solid(), shape.parts().shape().core()};
 }
-void distanceToShapeOf(const QueryObject& a, const QueryObject& b,
-                       const DistanceQuery<double>& query) {
+void distanceToShapeOf(const QueryObject& a, const QueryObject& b, const DistanceQuery& query) {
   distanceToShape(shapeSearch(a, b), query);
 }
 void collideWithShapeOf(const QueryObject& a, const QueryObject& b, const Reported& o1,
-                        const Reported& o2, const CollisionQuery<double>& query) {
+                        const Reported& o2, const CollisionQuery& query) {
   collideWithShape(shapeSearch(a, b), o1, o2, query);
 }
 
-void distanceOfPartsOf(const QueryObject& a, const QueryObject& b,
-                       const DistanceQuery<double>& query) {
-  distanceOfParts(a.parts(), b.parts(), a.parallel(), query);
+void distanceOfPartsOf(const QueryObject& a, const QueryObject& b, const DistanceQuery& query) {
+  distanceOfParts(a.parts(), b.parts(), query);
 }
 void collidePartsOf(const QueryObject& a, const QueryObject& b, const Reported& o1,
-                    const Reported& o2, const CollisionQuery<double>& query) {
-  collideParts(a.parts(), b.parts(), a.parallel(), o1, o2, query);
+                    const Reported& o2, const CollisionQuery& query) {
+  collideParts(a.parts(), b.parts(), o1, o2, query);
 }
 
 #if FCL_HAVE_OCTOMAP
 void distanceToMesh(const QueryObject& octree, const QueryObject& mesh,
-                    const DistanceQuery<double>& query) {
+                    const DistanceQuery& query) {
   distanceToOctree(QueryTriangles(mesh.mesh()), WideNodes(mesh.mesh().tree()),
                    {octree.parts().cells(), octree.parts().tf()}, query);
 }
 void collideWithMesh(const QueryObject& octree, const QueryObject& mesh, const Reported& o1,
-                     const Reported& o2, const CollisionQuery<double>& query) {
+                     const Reported& o2, const CollisionQuery& query) {
   collideWithOctree(QueryTriangles(mesh.mesh()), WideNodes(mesh.mesh().tree()),
                     {octree.parts().cells(), octree.parts().tf()}, o1, o2, query);
 }

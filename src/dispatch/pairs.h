@@ -9,12 +9,11 @@ namespace adaptive_bvh {
 struct PairSearch {
   bool is_swapped;  ///< whether the functions take the pair's objects in reverse order
   /// Lowers query.result to the distance. Does not set the result's objects.
-  void (*distance)(const QueryObject& first, const QueryObject& second,
-                   const DistanceQuery<double>& query);
+  void (*distance)(const QueryObject& first, const QueryObject& second, const DistanceQuery& query);
   /// Adds contacts to query.result, between o1 (the object `first`) and o2.
   void (*collide)(const QueryObject& first, const QueryObject& second,
                   const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
-                  const CollisionQuery<double>& query);
+                  const CollisionQuery& query);
 };
 
 /// The queries for two kinds of objects.

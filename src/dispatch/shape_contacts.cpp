@@ -5,7 +5,6 @@
 #include "base/rigid.h"
 #include "dispatch/shape_search.h"
 #include "query/contacts/vertex_contacts.h"
-#include "query/single_precision.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -29,8 +28,7 @@ void findCandidates(const PlacedMesh& mesh, const ShapeInTree& shape, double mar
 }  // namespace
 
 void findVertexContacts(const PlacedMesh& mesh, const ShapeSolid& shape,
-                        const fcl::Transform3d& shape_tf, double margin,
-                        VertexContacts<double>& result) {
+                        const fcl::Transform3d& shape_tf, double margin, VertexContacts& result) {
   ContactWriter writer(mesh, shape_tf);
   const RelativePlacement to_shape(shape_tf, mesh.tf);
   const ShapeInTree in_tree(shape.core(), shape_tf, mesh.tree(), mesh.tf);
@@ -44,33 +42,20 @@ void findVertexContacts(const PlacedMesh& mesh, const ShapeSolid& shape,
     return found.distance <= margin;
   };
   writer.write(
-      mesh.mesh.query_threads, [&] { return test; }, result);
+      mesh.mesh.threads, [&] { return test; }, result);
 }
 
-template <typename S>
-std::size_t vertexContacts(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
-                           const fcl::CollisionGeometry<S>& other,
-                           const fcl::Transform3<S>& other_tf, NonDeduced<S> margin,
-                           VertexContacts<S>& result) {
-  if (const auto* other_mesh = dynamic_cast<const DeformableMesh<S>*>(&other))
-    return vertexContacts(mesh, tf, *other_mesh, other_tf, margin, result);
+std::size_t vertexContacts(const DeformableMesh& mesh, const fcl::Transform3d& tf,
+                           const fcl::CollisionGeometryd& other, const fcl::Transform3d& tf2,
+                           double margin, VertexContacts& result) {
+  if (const auto* other_mesh = dynamic_cast<const DeformableMesh*>(&other))
+    return vertexContacts(mesh, tf, *other_mesh, tf2, margin, result);
   requireDistance(margin, "margin");
   requireRigid(tf);
-  requireRigid(other_tf);
+  requireRigid(tf2);
   const ShapeSolid shape(other);
-  answerInDouble(result, [&](VertexContacts<double>& contacts) {
-    findVertexContacts({mesh, tf}, shape, other_tf.template cast<double>(),
-                       static_cast<double>(margin), contacts);
-  });
+  findVertexContacts({mesh, tf}, shape, tf2, margin, result);
   return result.size();
 }
-
-template std::size_t vertexContacts(const DeformableMesh<float>&, const fcl::Transform3<float>&,
-                                    const fcl::CollisionGeometry<float>&,
-                                    const fcl::Transform3<float>&, float, VertexContacts<float>&);
-template std::size_t vertexContacts(const DeformableMesh<double>&, const fcl::Transform3<double>&,
-                                    const fcl::CollisionGeometry<double>&,
-                                    const fcl::Transform3<double>&, double,
-                                    VertexContacts<double>&);
 
 }  // namespace adaptive_bvh

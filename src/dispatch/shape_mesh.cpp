@@ -31,11 +31,11 @@ class PartMesh {
     weld();
   }
 
-  const TriangleMesh<double>& mesh() const { return mesh_; }
+  const TriangleMesh& mesh() const { return mesh_; }
 
  private:
   /// Adds a patch, after `times` subdivisions into four at the midpoints of edges.
-  void subdivide(const SurfaceChart& chart, const TrianglePoints<double>& corners, int times) {
+  void subdivide(const SurfaceChart& chart, const TrianglePoints& corners, int times) {
     if (times == 0) return add(chart(corners[0]), chart(corners[1]), chart(corners[2]));
     const auto middle = [&](int i, int k) -> fcl::Vector3d {
       return chart.between(corners[i], corners[k], 0.5);
@@ -64,24 +64,23 @@ class PartMesh {
 
   const fcl::Vector3d inner_;
   const bool is_bounded_;
-  TriangleMesh<double> mesh_;
+  TriangleMesh mesh_;
 };
 
 }  // namespace
 
-template <typename S>
-TriangleMesh<S> shapeMesh(const fcl::CollisionGeometry<S>& shape, int turn) {
+TriangleMesh shapeMesh(const fcl::CollisionGeometryd& shape, int turn) {
   if (turn < 1 || turn > 1024)
     throw std::invalid_argument("shapeMesh: " + std::to_string(turn) +
                                 " edges around a turn; there may be 1 to 1024");
   if (!isShape(shape.getNodeType()) && shape.getNodeType() != fcl::GEOM_OCTREE)
     throw std::invalid_argument("shapeMesh: the geometry is neither a shape nor an octree");
-  TriangleMesh<S> mesh;
+  TriangleMesh mesh;
   const auto add = [&](const ConvexPart& part) {
     const PartMesh of_part(part.placed.solid, std::max(turn, kMinEdgesPerTurn));
     const std::size_t first = mesh.vertices.size();
     for (const fcl::Vector3d& x : of_part.mesh().vertices)
-      mesh.vertices.push_back((part.placed.tf * x).template cast<S>());
+      mesh.vertices.push_back((part.placed.tf * x));
     for (const fcl::Triangle& t : of_part.mesh().triangles)
       mesh.triangles.emplace_back(first + t[0], first + t[1], first + t[2]);
     return false;
@@ -92,8 +91,5 @@ TriangleMesh<S> shapeMesh(const fcl::CollisionGeometry<S>& shape, int turn) {
           anyOrder, [] { return 0.; }, add);
   return mesh;
 }
-
-template TriangleMesh<float> shapeMesh(const fcl::CollisionGeometry<float>&, int);
-template TriangleMesh<double> shapeMesh(const fcl::CollisionGeometry<double>&, int);
 
 }  // namespace adaptive_bvh

@@ -2,7 +2,6 @@
 
 #include <limits>
 
-#include "query/single_precision.h"
 #include "solids/solid_pair.h"
 
 namespace adaptive_bvh {
@@ -66,35 +65,35 @@ void visitPairs(const ConvexParts& first, const ConvexParts& second, const Limit
 
 }  // namespace
 
-void distanceOfParts(const ConvexParts& first, const ConvexParts& second, double parallel,
-                     const DistanceQuery<double>& query) {
+void distanceOfParts(const ConvexParts& first, const ConvexParts& second,
+                     const DistanceQuery& query) {
   fcl::DistanceResultd& result = query.result;
   visitPairs(
       first, second, [&] { return result.min_distance; },
       [&](const ConvexPart& a, const ConvexPart& b) {
-        const TriangleGap gap = gapOf(a.placed, b.placed, parallel);
+        const TriangleGap gap = gapOf(a.placed, b.placed);
         result.update(gap.distance, nullptr, nullptr, int(a.id), int(b.id), gap.points.first,
                       gap.points.second);
         return query.isSatisfied();
       });
 }
 
-void collideParts(const ConvexParts& first, const ConvexParts& second, double parallel,
+void collideParts(const ConvexParts& first, const ConvexParts& second,
                   const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
-                  const CollisionQuery<double>& query) {
+                  const CollisionQuery& query) {
   if (query.isSatisfied() || !o1.isOccupied() || !o2.isOccupied()) return;
   visitPairs(
       first, second, [] { return 0.; },
       [&](const ConvexPart& a, const ConvexPart& b) {
-        fcl::Contactd contact(&o1, &o2, int(a.id), int(b.id), unsetPoint<double>(),
-                              unsetPoint<double>(), std::numeric_limits<double>::quiet_NaN());
+        fcl::Contactd contact(&o1, &o2, int(a.id), int(b.id), unsetPoint(), unsetPoint(),
+                              std::numeric_limits<double>::quiet_NaN());
         if (query.request.enable_contact) {
           ShapeContact found;
-          if (!touch(a.placed, b.placed, parallel, found)) return false;
+          if (!touch(a.placed, b.placed, found)) return false;
           contact.pos = found.position;
           contact.normal = found.normal;
           contact.penetration_depth = found.depth;
-        } else if (gapOf(a.placed, b.placed, parallel).distance > 0) {
+        } else if (gapOf(a.placed, b.placed).distance > 0) {
           return false;
         }
         query.result.addContact(contact);

@@ -8,12 +8,12 @@ namespace adaptive_bvh {
 // Distance and contacts of two bodies that are shapes or octrees, whose cells are boxes. The result
 // has the objects in the order of the call. Two shapes or cells that touch have one contact.
 
-/// Lowers query.result to the distance; does not set its objects. `parallel`: see solid_pair.h.
-void distanceOfParts(const ConvexParts& first, const ConvexParts& second, double parallel,
-                     const DistanceQuery<double>& query);
+/// Lowers query.result to the distance; does not set its objects.
+void distanceOfParts(const ConvexParts& first, const ConvexParts& second,
+                     const DistanceQuery& query);
 /// Adds contacts to query.result.
-void collideParts(const ConvexParts& first, const ConvexParts& second, double parallel,
+void collideParts(const ConvexParts& first, const ConvexParts& second,
                   const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
-                  const CollisionQuery<double>& query);
+                  const CollisionQuery& query);
 
 }  // namespace adaptive_bvh

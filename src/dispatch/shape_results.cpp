@@ -13,7 +13,7 @@ namespace {
 /// Lowers a query's distance by the triangles that a search finds.
 class ShapeDistance {
  public:
-  ShapeDistance(const ShapeSearch& search, const DistanceQuery<double>& query, double enough)
+  ShapeDistance(const ShapeSearch& search, const DistanceQuery& query, double enough)
       : search_(search),
         query_(query),
         enough_(enough),
@@ -61,7 +61,7 @@ class ShapeDistance {
   }
 
   const ShapeSearch& search_;
-  const DistanceQuery<double>& query_;
+  const DistanceQuery& query_;
   const double enough_;
   static constexpr int kFirstCheck = 64, kTrianglesPerTest = 256;
   TriangleGap nearest_{{fcl::Vector3d::Zero(), fcl::Vector3d::Zero()}, -1};  ///< so far
@@ -72,7 +72,7 @@ class ShapeDistance {
 class ShapeContacts {
  public:
   ShapeContacts(const ShapeSearch& search, const fcl::CollisionGeometryd& mesh,
-                const fcl::CollisionGeometryd& shape, const CollisionQuery<double>& query)
+                const fcl::CollisionGeometryd& shape, const CollisionQuery& query)
       : search_(search), mesh_(mesh), shape_(shape), query_(query) {
     const ShapeTriangles& triangles = search.triangles;
     if (query.request.enable_cost)
@@ -103,8 +103,8 @@ class ShapeContacts {
   }
   void addContact(int triangle, const ShapeContact& found) const {
     if (query_.result.numContacts() >= query_.request.num_max_contacts) return;
-    fcl::Contactd contact(&mesh_, &shape_, triangle, fcl::Contactd::NONE, unsetPoint<double>(),
-                          unsetPoint<double>(), std::numeric_limits<double>::quiet_NaN());
+    fcl::Contactd contact(&mesh_, &shape_, triangle, fcl::Contactd::NONE, unsetPoint(),
+                          unsetPoint(), std::numeric_limits<double>::quiet_NaN());
     if (query_.request.enable_contact) {
       contact.pos = search_.triangles.inWorld(found.position);
       contact.normal = search_.triangles.turnedToWorld(found.normal);
@@ -115,7 +115,7 @@ class ShapeContacts {
 
   fcl::AABBd boxOf(int triangle) const {
     const auto& placed = search_.triangles.placed();
-    const TrianglePoints<double> x = placed[triangle];
+    const TrianglePoints x = placed[triangle];
     return fcl::AABBd(placed.tf * x[0], placed.tf * x[1], placed.tf * x[2]);
   }
   void addCost(const fcl::AABBd& mesh_box) const {
@@ -158,18 +158,18 @@ class ShapeContacts {
 
   const ShapeSearch& search_;
   const fcl::CollisionGeometryd &mesh_, &shape_;
-  const CollisionQuery<double>& query_;
+  const CollisionQuery& query_;
   fcl::AABBd box_;  ///< of the shape in the world, if costs are requested
 };
 
 }  // namespace
 
-void distanceToShape(const ShapeSearch& search, const DistanceQuery<double>& query, double enough) {
+void distanceToShape(const ShapeSearch& search, const DistanceQuery& query, double enough) {
   ShapeDistance(search, query, enough).run();
 }
 
 void collideWithShape(const ShapeSearch& search, const fcl::CollisionGeometryd& mesh,
-                      const fcl::CollisionGeometryd& shape, const CollisionQuery<double>& query) {
+                      const fcl::CollisionGeometryd& shape, const CollisionQuery& query) {
   ShapeContacts(search, mesh, shape, query).run();
 }
 

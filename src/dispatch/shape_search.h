@@ -113,7 +113,7 @@ class MeshShapeSearch final : public ShapeSearch {
   }
 
   /// Visits nearest boxes first; after many tests, by bounds along the line between nearest points.
-  void nearest(const DistanceQuery<double>& query, const PointPair<double>& points,
+  void nearest(const DistanceQuery& query, const PointPair& points,
                const Test& test) const override {
     if (!in_tree_.isPrecise()) return testAll(test);
     const auto keysOf = [&](const WideNode& node) -> Float4 {
@@ -188,8 +188,7 @@ class MeshShapeSearch final : public ShapeSearch {
   }
   /// Lowers the distance in a few steps: tests the mesh's triangle nearest to the shape's nearest
   /// point, or to its farthest point towards the mesh. Returns whether a test was true.
-  bool improve(const DistanceQuery<double>& query, const PointPair<double>& points,
-               const Test& test) const {
+  bool improve(const DistanceQuery& query, const PointPair& points, const Test& test) const {
     constexpr int kMostSteps = 4;
     PointSearch search(mesh_.mesh);
     bool is_over = false;
@@ -207,7 +206,7 @@ class MeshShapeSearch final : public ShapeSearch {
     return is_over;
   }
   /// Prepares bounds along the line between the nearest points so far.
-  void prepareLine(const NearLanes& near, const PointPair<double>& points, LineToCore& line) const {
+  void prepareLine(const NearLanes& near, const PointPair& points, LineToCore& line) const {
     const fcl::Matrix3d to_mesh = to_mesh_.R * core_.axes;
     const fcl::Vector3d half = (core_.high - core_.low) / 2,
                         middle = core_.axes * fcl::Vector3d((core_.low + core_.high) / 2);
@@ -239,8 +238,7 @@ class MeshShapeSearch final : public ShapeSearch {
 
 /// Overwrites the result with a mesh's vertices at most `margin` from a shape, or inside it.
 void findVertexContacts(const PlacedMesh& mesh, const ShapeSolid& shape,
-                        const fcl::Transform3d& shape_tf, double margin,
-                        VertexContacts<double>& result);
+                        const fcl::Transform3d& shape_tf, double margin, VertexContacts& result);
 
 /// Whether a mesh is at most `distance` from a shape. `core`: that of the shape.
 bool isNearer(const PlacedMesh& mesh, const PlacedSolid& shape, const ShapeCore& core,

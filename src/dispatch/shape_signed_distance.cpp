@@ -7,7 +7,6 @@
 #include "query/depth/depth_meshes.h"
 #include "query/depth/depth_search.h"
 #include "query/depth/signed_distance.h"
-#include "query/single_precision.h"
 #include "solids/hull.h"
 
 namespace adaptive_bvh {
@@ -129,7 +128,7 @@ class MeshAndShape {
         result_(mesh_.tf, shape_tf_, precision_) {}
 
   /// Throws std::invalid_argument for a plane, and if the faces of a convex do not enclose it.
-  SignedDistance<double> distance() const {
+  SignedDistance distance() const {
     if (const HullSolid* hull = shape_->hull()) return distanceTo(FacedHull(*hull));
     const FlatSolid* const flat = shape_->flat();
     if (!flat) return distanceTo(*shape_);
@@ -141,7 +140,7 @@ class MeshAndShape {
 
  private:
   /// The signed distance to a bounded shape.
-  SignedDistance<double> distanceTo(const Solid& solid) const {
+  SignedDistance distanceTo(const Solid& solid) const {
     const ShapeTarget target(solid);
     const Nearest nearest = findNearest();
     const TriangleGap& gap = nearest.gap;
@@ -154,7 +153,7 @@ class MeshAndShape {
           depthInMesh(solid, depthAt(to_mesh_(gap.points.second), mesh_target, precision_.error()));
     else
       depths = depthsOf(solid, nearest);
-    SignedDistance<double> found =
+    SignedDistance found =
         depths.in_shape.is_found || depths.in_mesh.is_found
             ? result_.inside(depths.in_shape, depths.in_mesh)
             : result_.touching(gap, false, target.outward(gap.points.second),
@@ -164,7 +163,7 @@ class MeshAndShape {
   }
   /// The deepest point of the mesh's surface is a vertex. No point of the plane is deeper in the
   /// mesh: its perpendicular into the half-space reaches the mesh's surface at that depth or below.
-  SignedDistance<double> distanceToHalfSpace(const FlatSolid& solid) const {
+  SignedDistance distanceToHalfSpace(const FlatSolid& solid) const {
     const fcl::Vector3d& n = solid.normal();
     const double d = solid.offset();
     TriangleGap lowest;
@@ -263,11 +262,10 @@ class MeshAndShape {
 
 }  // namespace
 
-template <typename S>
-SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-                                 const fcl::CollisionGeometry<S>& second,
-                                 const fcl::Transform3<S>& tf2, NonDeduced<S> tolerance) {
-  if (const auto* mesh = dynamic_cast<const DeformableMesh<S>*>(&second))
+SignedDistance signedDistance(const DeformableMesh& first, const fcl::Transform3d& tf1,
+                              const fcl::CollisionGeometryd& second, const fcl::Transform3d& tf2,
+                              double tolerance) {
+  if (const auto* mesh = dynamic_cast<const DeformableMesh*>(&second))
     return signedDistance(first, tf1, *mesh, tf2, tolerance);
   requireTolerance(tolerance);
   requireRigid(tf1);
@@ -275,21 +273,7 @@ SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Tran
   requireClosed(stateOf(first), "signedDistance");
   const ShapeSolid shape(second);
   const PlacedMesh mesh(first, tf1);
-  SignedDistance<S> result;
-  answerInDouble(result, [&](SignedDistance<double>& found) {
-    found = MeshAndShape(mesh, shape, tf2.template cast<double>(), static_cast<double>(tolerance))
-                .distance();
-  });
-  return result;
+  return MeshAndShape(mesh, shape, tf2, tolerance).distance();
 }
-
-template SignedDistance<float> signedDistance(const DeformableMesh<float>&,
-                                              const fcl::Transform3<float>&,
-                                              const fcl::CollisionGeometry<float>&,
-                                              const fcl::Transform3<float>&, float);
-template SignedDistance<double> signedDistance(const DeformableMesh<double>&,
-                                               const fcl::Transform3<double>&,
-                                               const fcl::CollisionGeometry<double>&,
-                                               const fcl::Transform3<double>&, double);
 
 }  // namespace adaptive_bvh

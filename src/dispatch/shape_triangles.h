@@ -6,7 +6,6 @@
 
 #include <fcl/geometry/shape/box.h>
 
-#include "base/points.h"
 #include "base/rigid.h"
 #include "query/placed_mesh.h"
 #include "solids/flat.h"
@@ -16,7 +15,7 @@
 namespace adaptive_bvh {
 
 /// Candidates at this distance or farther do not matter to a query, as in FCL.
-inline double limitOf(const DistanceQuery<double>& query) {
+inline double limitOf(const DistanceQuery& query) {
   const double found = query.result.min_distance;
   return std::max(found - query.request.abs_err, found / (1 + query.request.rel_err));
 }
@@ -26,8 +25,7 @@ struct QueryTriangles {
   explicit QueryTriangles(const PlacedMesh& mesh)
       : QueryTriangles(mesh.mesh.view(), mesh.mesh.numTriangles(), mesh.tf,
                        mesh.bounds().aabb_center, mesh.bounds().aabb_radius) {}
-  template <typename P>
-  QueryTriangles(const MeshView<P>& view, int number, const fcl::Transform3d& placement,
+  QueryTriangles(const MeshView<double>& view, int number, const fcl::Transform3d& placement,
                  const fcl::Vector3d& center, double radius)
       : points(view.vertices),
         count(number),
@@ -36,12 +34,12 @@ struct QueryTriangles {
     corners.triangles = view.triangles;
   }
 
-  TrianglePoints<double> operator[](int triangle) const {
+  TrianglePoints operator[](int triangle) const {
     const VertexIndices t = corners.verticesOf(static_cast<unsigned>(triangle));
     return {points[t[0]], points[t[1]], points[t[2]]};
   }
 
-  const Points points;
+  const fcl::Vector3d* const points;
   MeshView<double> corners;  ///< without positions
   const int count;
   const fcl::Transform3d tf;
@@ -61,8 +59,8 @@ class ShapeTriangles {
   const Solid& shape() const { return shape_; }
   const fcl::Transform3d& shapeTransform() const { return shape_tf_; }
   /// The corners of a triangle in the shape's frame.
-  TrianglePoints<double> corners(int triangle) const {
-    const TrianglePoints<double> points = triangles_[triangle];
+  TrianglePoints corners(int triangle) const {
+    const TrianglePoints points = triangles_[triangle];
     return {to_shape_(points[0]), to_shape_(points[1]), to_shape_(points[2])};
   }
   TriangleGap gap(int triangle) const { return shape_.gap(corners(triangle)); }
@@ -72,20 +70,20 @@ class ShapeTriangles {
   /// Whether all triangles are at least `distance` from the shape, up to rounding, along one of two
   /// directions: the line between the nearest points of `triangle` and the shape, or the triangle's
   /// normal, if that is nearly the same. False if rounding could hide a contact.
-  bool areSeparated(int triangle, const PointPair<double>& nearest, double distance) const {
+  bool areSeparated(int triangle, const PointPair& nearest, double distance) const {
     constexpr double kNearly = 0.999;
     const DistanceRounding rounded = rounding(nearest);
     if (!rounded.isClear(distance)) return false;
     const double least = rounded.below(distance);
     const fcl::Vector3d line = (nearest.first - nearest.second).stableNormalized();
-    const TrianglePoints<double> x = corners(triangle);
+    const TrianglePoints x = corners(triangle);
     const fcl::Vector3d normal = (x[1] - x[0]).cross(x[2] - x[0]).stableNormalized();
     const double cosine = normal.dot(line);
     return areApart(line, least) ||
            (std::abs(cosine) > kNearly && areApart(cosine > 0 ? normal : -normal, least));
   }
   /// Rounding errors of all triangles' distances, given the nearest points of one and the shape.
-  DistanceRounding rounding(const PointPair<double>& nearest) const {
+  DistanceRounding rounding(const PointPair& nearest) const {
     return DistanceRounding(2 * nearest.first.lpNorm<1>() + nearest.second.lpNorm<1>() +
                             4 * triangles_.coordinate_sum);
   }
@@ -133,7 +131,7 @@ class ShapeSearch {
   /// Calls test(triangle) for all triangles that may be nearer to the shape than query.result,
   /// nearest boxes first, until it returns true. The test updates query.result, and `points`, the
   /// nearest points so far, in the shape's frame.
-  virtual void nearest(const DistanceQuery<double>& query, const PointPair<double>& points,
+  virtual void nearest(const DistanceQuery& query, const PointPair& points,
                        const Test& test) const = 0;
   /// Box of the whole mesh, for FCL's approximate cost.
   virtual void boxAround(fcl::Boxd& box, fcl::Transform3d& box_tf) const = 0;
@@ -146,11 +144,10 @@ class ShapeSearch {
 
 /// Lowers query.result to the distance of triangles and a shape; does not set its objects. Stops as
 /// soon as the distance is at most `enough`.
-void distanceToShape(const ShapeSearch& search, const DistanceQuery<double>& query,
-                     double enough = 0);
+void distanceToShape(const ShapeSearch& search, const DistanceQuery& query, double enough = 0);
 
 /// Adds the contacts of triangles with a shape.
 void collideWithShape(const ShapeSearch& search, const fcl::CollisionGeometryd& mesh,
-                      const fcl::CollisionGeometryd& shape, const CollisionQuery<double>& query);
+                      const fcl::CollisionGeometryd& shape, const CollisionQuery& query);
 
 }  // namespace adaptive_bvh

@@ -11,13 +11,12 @@ namespace adaptive_bvh {
 template <typename BV>
 SweptBox sweptBoxOf(const BV& bv) {
   const auto body = Volume<BV>::parallelogram(bv);
-  const auto sum = static_cast<double>(Volume<BV>::coordinateSum(bv));
-  const double rounded = 8 * static_cast<double>(rounding::epsilon<typename BV::S>()) * sum;
-  return {body.middle.template cast<double>(),
-          {body.half[0].template cast<double>(), body.half[1].template cast<double>(),
-           fcl::Vector3d::Zero()},
-          static_cast<double>(body.radius) + rounded,
-          Volume<BV>::axes(bv).template cast<double>(),
+  const auto sum = Volume<BV>::coordinateSum(bv);
+  const double rounded = 8 * rounding::epsilon<double>() * sum;
+  return {body.middle,
+          {body.half[0], body.half[1], fcl::Vector3d::Zero()},
+          body.radius + rounded,
+          Volume<BV>::axes(bv),
           sum};
 }
 
@@ -32,9 +31,7 @@ class FclNodes final : public MeshNodes {
   bool isLeaf(MeshNode node) const override { return model_.getBV(node.node).isLeaf(); }
   int triangle(MeshNode leaf) const override { return model_.getBV(leaf.node).primitiveId(); }
   SweptBox body(MeshNode node) const override { return sweptBoxOf(model_.getBV(node.node).bv); }
-  double size(MeshNode node) const override {
-    return static_cast<double>(model_.getBV(node.node).bv.size());
-  }
+  double size(MeshNode node) const override { return model_.getBV(node.node).bv.size(); }
   int below(MeshNode node, MeshNode (&children)[4]) const override {
     children[0].node = model_.getBV(node.node).leftChild();
     children[1].node = model_.getBV(node.node).rightChild();

@@ -1,7 +1,6 @@
 #include "dispatch/octree_pair.h"
 #include "fcl/fcl_nodes.h"
 #include "fcl/model_pairs.h"
-#include "query/single_precision.h"
 #include "thesis/volumes/volume.h"
 
 // Distance and collision of a model and an octree: the searches of dispatch/octree_pair.h over the
@@ -11,25 +10,21 @@ namespace adaptive_bvh {
 #if FCL_HAVE_OCTOMAP
 
 template <typename BV>
-void modelOctreeDistance(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& octree,
-                         const DistanceQuery<typename BV::S>& query) {
-  const PlacedOctree placed{OctreeCells(*octree.geometry), octree.tf.template cast<double>()};
-  answerInDouble(query, octree.geometry, model.model, [&](const DistanceQuery<double>& in_double) {
-    distanceToOctree(model.queryTriangles(), FclNodes<BV>(model), placed, in_double);
-  });
+void modelOctreeDistance(const PlacedModel<BV>& model, const PlacedGeometry& octree,
+                         const DistanceQuery& query) {
+  const PlacedOctree placed{OctreeCells(*octree.geometry), octree.tf};
+  const double before = query.result.min_distance;
+  distanceToOctree(model.queryTriangles(), FclNodes<BV>(model), placed, query);
+  setObjects(before, *octree.geometry, *model.model, query);
 }
 
 template <typename BV>
-void modelOctreeCollide(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& octree,
-                        const CollisionQuery<typename BV::S>& query) {
+void modelOctreeCollide(const PlacedModel<BV>& model, const PlacedGeometry& octree,
+                        const CollisionQuery& query) {
   if (query.isSatisfied()) return;
-  const PlacedOctree placed{OctreeCells(*octree.geometry), octree.tf.template cast<double>()};
-  answerInDouble(query, octree.geometry, model.model,
-                 [&](const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
-                     const CollisionQuery<double>& in_double) {
-                   collideWithOctree(model.queryTriangles(), FclNodes<BV>(model), placed, o1, o2,
-                                     in_double);
-                 });
+  const PlacedOctree placed{OctreeCells(*octree.geometry), octree.tf};
+  collideWithOctree(model.queryTriangles(), FclNodes<BV>(model), placed, *octree.geometry,
+                    *model.model, query);
 }
 
 #else
@@ -41,24 +36,22 @@ namespace {
 }  // namespace
 
 template <typename BV>
-void modelOctreeDistance(const PlacedModel<BV>&, const PlacedGeometry<typename BV::S>&,
-                         const DistanceQuery<typename BV::S>&) {
+void modelOctreeDistance(const PlacedModel<BV>&, const PlacedGeometry&, const DistanceQuery&) {
   refuseOctree();
 }
 template <typename BV>
-void modelOctreeCollide(const PlacedModel<BV>&, const PlacedGeometry<typename BV::S>&,
-                        const CollisionQuery<typename BV::S>&) {
+void modelOctreeCollide(const PlacedModel<BV>&, const PlacedGeometry&, const CollisionQuery&) {
   refuseOctree();
 }
 
 #endif
 
-#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                      \
-  template void modelOctreeDistance(const PlacedModel<BV>&, const PlacedGeometry<BV::S>&, \
-                                    const DistanceQuery<BV::S>&);                         \
-  template void modelOctreeCollide(const PlacedModel<BV>&, const PlacedGeometry<BV::S>&,  \
-                                   const CollisionQuery<BV::S>&);
-ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                               \
+  template void modelOctreeDistance(const PlacedModel<BV>&, const PlacedGeometry&, \
+                                    const DistanceQuery&);                         \
+  template void modelOctreeCollide(const PlacedModel<BV>&, const PlacedGeometry&,  \
+                                   const CollisionQuery&);
+ADAPTIVE_BVH_FOR_EACH_DOUBLE_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

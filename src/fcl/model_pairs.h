@@ -8,31 +8,30 @@
 namespace adaptive_bvh {
 
 /// An object of a query, and its pose in the world.
-template <typename S>
 struct PlacedGeometry {
-  const fcl::CollisionGeometry<S>* geometry;
-  fcl::Transform3<S> tf;
+  const fcl::CollisionGeometryd* geometry;
+  fcl::Transform3d tf;
 };
 
 /// Queries of a model and a shape by FCL's traversal, with recording of statistics. The library's
 /// own tests decide about a triangle and the shape. The model is the first object in the result.
 template <typename BV>
-void modelShapeDistance(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& shape,
-                        const DistanceQuery<typename BV::S>& query);
+void modelShapeDistance(const PlacedModel<BV>& model, const PlacedGeometry& shape,
+                        const DistanceQuery& query);
 template <typename BV>
-void modelShapeCollide(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& shape,
-                       const CollisionQuery<typename BV::S>& query);
+void modelShapeCollide(const PlacedModel<BV>& model, const PlacedGeometry& shape,
+                       const CollisionQuery& query);
 
 /// Queries of a model and an octree by the library's traversal of pairs of a cell and a node of the
 /// model, with recording of statistics. (FCL's own traversal, inside its octree solver, cannot be
 /// recorded.) The octree is the first object in the result, as in FCL for both orders. Throw
 /// std::logic_error if FCL was built without octomap, where no octree can exist.
 template <typename BV>
-void modelOctreeDistance(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& octree,
-                         const DistanceQuery<typename BV::S>& query);
+void modelOctreeDistance(const PlacedModel<BV>& model, const PlacedGeometry& octree,
+                         const DistanceQuery& query);
 template <typename BV>
-void modelOctreeCollide(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& octree,
-                        const CollisionQuery<typename BV::S>& query);
+void modelOctreeCollide(const PlacedModel<BV>& model, const PlacedGeometry& octree,
+                        const CollisionQuery& query);
 
 /// Throws std::invalid_argument, with the names of both types, if FCL has no such query. FCL would
 /// print a warning and answer "very far apart" or "no contact", or crash.

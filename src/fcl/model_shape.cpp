@@ -7,7 +7,6 @@
 #include <fcl/narrowphase/detail/traversal/distance/mesh_shape_distance_traversal_node.h>
 
 #include "dispatch/shape_triangles.h"
-#include "query/single_precision.h"
 #include "thesis/recording_node.h"
 #include "thesis/volumes/volume.h"
 
@@ -31,15 +30,16 @@ struct NoSolver {
 /// FCL's traversals of a mesh with volumes of some type, and a box.
 template <typename BV>
 struct FclBoxTraversal;
-template <typename S>
-struct FclBoxTraversal<fcl::RSS<S>> {
-  using Collision = fcl::detail::MeshShapeCollisionTraversalNodeRSS<fcl::Box<S>, NoSolver>;
-  using Distance = fcl::detail::MeshShapeDistanceTraversalNodeRSS<fcl::Box<S>, NoSolver>;
+template <>
+struct FclBoxTraversal<fcl::RSSd> {
+  using Collision = fcl::detail::MeshShapeCollisionTraversalNodeRSS<fcl::Boxd, NoSolver>;
+  using Distance = fcl::detail::MeshShapeDistanceTraversalNodeRSS<fcl::Boxd, NoSolver>;
 };
-template <typename S>
-struct FclBoxTraversal<fcl::OBBRSS<S>> {
-  using Collision = fcl::detail::MeshShapeCollisionTraversalNodeOBBRSS<fcl::Box<S>, NoSolver>;
-  using Distance = fcl::detail::MeshShapeDistanceTraversalNodeOBBRSS<fcl::Box<S>, NoSolver>;
+
+template <>
+struct FclBoxTraversal<fcl::OBBRSSd> {
+  using Collision = fcl::detail::MeshShapeCollisionTraversalNodeOBBRSS<fcl::Boxd, NoSolver>;
+  using Distance = fcl::detail::MeshShapeDistanceTraversalNodeOBBRSS<fcl::Boxd, NoSolver>;
 };
 
 /// FCL's collision traversal: calls test(triangle) for triangles that it reaches, until it is true.
@@ -64,7 +64,7 @@ class NearestNode : public FclBoxTraversal<BV>::Distance {
   const ShapeSearch::Test* test = nullptr;
 
   void preprocess() override { is_done_ = (*test)(0); }
-  bool canStop(typename BV::S bound) const override {
+  bool canStop(double bound) const override {
     return is_done_ || FclBoxTraversal<BV>::Distance::canStop(bound);
   }
   void leafTesting(int leaf, int) const override {
@@ -80,11 +80,9 @@ class NearestNode : public FclBoxTraversal<BV>::Distance {
 template <typename BV>
 class ModelShapeSearch final : public ShapeSearch {
  public:
-  using S = typename BV::S;
-
   /// `core` describes the same shape. The search keeps references to `model` and `core`.
   ModelShapeSearch(const PlacedModel<BV>& model, const PlacedSolid& shape, const ShapeCore& core,
-                   const fcl::Transform3<S>& shape_tf)
+                   const fcl::Transform3d& shape_tf)
       : ShapeSearch(model.queryTriangles(), shape),
         model_(model),
         core_(core),
@@ -93,28 +91,27 @@ class ModelShapeSearch final : public ShapeSearch {
   void touching(const Test& test) const override {
     if (!core_.isBounded()) return testAll(test);
     using Node = TouchingNode<BV>;
-    RecordingCollisionNode<Node, S> node(statisticsOf(model_));
-    fcl::CollisionResult<S> unused_result;
+    RecordingCollisionNode<Node> node(statisticsOf(model_));
+    fcl::CollisionResultd unused_result;
     initialize(static_cast<typename FclBoxTraversal<BV>::Collision&>(node),
-               fcl::CollisionRequest<S>(), unused_result);
+               fcl::CollisionRequestd(), unused_result);
     node.test = &test;
     fcl::detail::collide(&node);
   }
 
-  void nearest(const DistanceQuery<double>& query, const PointPair<double>&,
-               const Test& test) const override {
+  void nearest(const DistanceQuery& query, const PointPair&, const Test& test) const override {
     if (!core_.isBounded()) return testAll(test);
     using Node = NearestNode<BV>;
-    RecordingDistanceNode<Node, S> node(statisticsOf(model_));
-    fcl::DistanceRequest<S> request;
-    request.rel_err = static_cast<S>(query.request.rel_err);
-    request.abs_err = static_cast<S>(query.request.abs_err);
+    RecordingDistanceNode<Node> node(statisticsOf(model_));
+    fcl::DistanceRequestd request;
+    request.rel_err = query.request.rel_err;
+    request.abs_err = query.request.abs_err;
     // FCL's traversal stops where volumes are farther than this result.
-    fcl::DistanceResult<S> bound(distanceAs<S>(query.result.min_distance));
+    fcl::DistanceResultd bound(query.result.min_distance);
     initialize(static_cast<typename FclBoxTraversal<BV>::Distance&>(node), request, bound);
     const Test test_and_lower_bound = [&](int triangle) {
       const bool is_done = test(triangle);
-      bound.min_distance = distanceAs<S>(query.result.min_distance);
+      bound.min_distance = query.result.min_distance;
       return is_done;
     };
     node.test = &test_and_lower_bound;
@@ -124,11 +121,11 @@ class ModelShapeSearch final : public ShapeSearch {
   /// The box that FCL makes of the root volume, in the world. (FCL centres that of an RSS on the
   /// rectangle's corner. That is kept, so that the approximate cost is FCL's.)
   void boxAround(fcl::Boxd& box, fcl::Transform3d& box_tf) const override {
-    fcl::Box<S> root;
-    fcl::Transform3<S> root_tf;
+    fcl::Boxd root;
+    fcl::Transform3d root_tf;
     fcl::constructBox(model_.model->getBV(0).bv, model_.tf, root, root_tf);
-    box.side = root.side.template cast<double>();
-    box_tf = root_tf.template cast<double>();
+    box.side = root.side;
+    box_tf = root_tf;
   }
 
  private:
@@ -148,59 +145,54 @@ class ModelShapeSearch final : public ShapeSearch {
   template <typename Node, typename Request, typename Result>
   void initialize(Node& node, const Request& request, Result& result) const {
     const fcl::Vector3d half = (core_.high - core_.low) / 2 + fcl::Vector3d::Constant(core_.radius);
-    const fcl::Box<S> box(fcl::Vector3<S>((2 * half).template cast<S>()));
-    fcl::Transform3<S> box_tf = shape_tf_;
-    box_tf.translation() = triangles.inWorld((core_.low + core_.high) / 2).template cast<S>();
+    const fcl::Boxd box(fcl::Vector3d((2 * half)));
+    fcl::Transform3d box_tf = shape_tf_;
+    box_tf.translation() = triangles.inWorld((core_.low + core_.high) / 2);
     const NoSolver solver;
     fcl::detail::initialize(node, *model_.model, model_.tf, box, box_tf, &solver, request, result);
   }
 
   const PlacedModel<BV>& model_;
   const ShapeCore& core_;
-  const fcl::Transform3<S> shape_tf_;
+  const fcl::Transform3d shape_tf_;
 };
 
 /// Calls use(search) with the search of the model and the shape.
 template <typename BV, typename Use>
-void withSearch(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& shape,
-                const Use& use) {
+void withSearch(const PlacedModel<BV>& model, const PlacedGeometry& shape, const Use& use) {
   const ShapeSolid solid(*shape.geometry);
-  const fcl::Transform3d shape_tf = shape.tf.template cast<double>();
+  const fcl::Transform3d shape_tf = shape.tf;
   use(ModelShapeSearch<BV>(model, {*solid, shape_tf}, solid.core(), shape.tf));
 }
 
 }  // namespace
 
 template <typename BV>
-void modelShapeDistance(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& shape,
-                        const DistanceQuery<typename BV::S>& query) {
+void modelShapeDistance(const PlacedModel<BV>& model, const PlacedGeometry& shape,
+                        const DistanceQuery& query) {
   if (query.isSatisfied()) return;
   withSearch(model, shape, [&](const ShapeSearch& search) {
-    answerInDouble(query, model.model, shape.geometry, [&](const DistanceQuery<double>& in_double) {
-      distanceToShape(search, in_double);
-    });
+    const double before = query.result.min_distance;
+    distanceToShape(search, query);
+    setObjects(before, *model.model, *shape.geometry, query);
   });
 }
 
 template <typename BV>
-void modelShapeCollide(const PlacedModel<BV>& model, const PlacedGeometry<typename BV::S>& shape,
-                       const CollisionQuery<typename BV::S>& query) {
+void modelShapeCollide(const PlacedModel<BV>& model, const PlacedGeometry& shape,
+                       const CollisionQuery& query) {
   if (query.isSatisfied()) return;
   withSearch(model, shape, [&](const ShapeSearch& search) {
-    answerInDouble(query, model.model, shape.geometry,
-                   [&](const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
-                       const CollisionQuery<double>& in_double) {
-                     collideWithShape(search, o1, o2, in_double);
-                   });
+    collideWithShape(search, *model.model, *shape.geometry, query);
   });
 }
 
-#define ADAPTIVE_BVH_INSTANTIATE(BV)                                                     \
-  template void modelShapeDistance(const PlacedModel<BV>&, const PlacedGeometry<BV::S>&, \
-                                   const DistanceQuery<BV::S>&);                         \
-  template void modelShapeCollide(const PlacedModel<BV>&, const PlacedGeometry<BV::S>&,  \
-                                  const CollisionQuery<BV::S>&);
-ADAPTIVE_BVH_FOR_EACH_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
+#define ADAPTIVE_BVH_INSTANTIATE(BV)                                              \
+  template void modelShapeDistance(const PlacedModel<BV>&, const PlacedGeometry&, \
+                                   const DistanceQuery&);                         \
+  template void modelShapeCollide(const PlacedModel<BV>&, const PlacedGeometry&,  \
+                                  const CollisionQuery&);
+ADAPTIVE_BVH_FOR_EACH_DOUBLE_VOLUME(ADAPTIVE_BVH_INSTANTIATE)
 #undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

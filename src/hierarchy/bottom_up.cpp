@@ -33,15 +33,13 @@ Scratch<unsigned> components(const GroupGraph& graph) {
 class Levels {
  public:
   /// The lowest level: each primitive is a group.
-  template <typename S>
-  Levels(const MeshView<S>& mesh, unsigned count) : groups_(count), boxes_(count) {
+  Levels(const MeshView<double>& mesh, unsigned count) : groups_(count), boxes_(count) {
     tree_.leaves = count;
     tree_.children.reserve(count - 1);
     boxes_.reserve(2 * static_cast<std::size_t>(count));
     for (unsigned t = 0; t < count; ++t) {
       groups_[t] = t;
-      mesh.forEachPosition(
-          t, [&](const fcl::Vector3<S>& p) { boxes_[t].extend(p.template cast<double>()); });
+      mesh.forEachPosition(t, [&](const fcl::Vector3d& p) { boxes_[t].extend(p); });
     }
   }
 
@@ -176,16 +174,12 @@ class Levels {
 
 }  // namespace
 
-template <typename S>
-BinaryTree buildBottomUp(const MeshView<S>& mesh, unsigned count) {
+BinaryTree buildBottomUp(const MeshView<double>& mesh, unsigned count) {
   Levels levels(mesh, count);
   if (mesh.triangles) levels.mergeConnected(sharedEdges(mesh, count));
   levels.mergeNear();
   return levels.take();
 }
-
-template BinaryTree buildBottomUp(const MeshView<float>&, unsigned);
-template BinaryTree buildBottomUp(const MeshView<double>&, unsigned);
 
 OrderedTree::OrderedTree(const BinaryTree& tree) {
   struct Open {

@@ -36,8 +36,7 @@ struct BinaryTree {
 /// Rejected alternatives: weights divided by the size of the groups or by the diagonal of their
 /// common box, and exchanging partners between two pairs if that increases the sum of weights. They
 /// changed the number of volume tests by up to 16 %, in both directions.
-template <typename S>
-BinaryTree buildBottomUp(const MeshView<S>& mesh, unsigned count);
+BinaryTree buildBottomUp(const MeshView<double>& mesh, unsigned count);
 
 /// A binary tree of primitives whose leaves are ordered from left to right, so that the leaves
 /// below a node are a contiguous range. Exists only during a build.

@@ -69,11 +69,10 @@ double rounded(double length) {
 }
 
 /// Collects links between triangles that share an edge.
-template <typename S>
 class EdgeLinks {
  public:
   /// `vertices` bounds the vertex indices, `sides` the number of sides.
-  EdgeLinks(const MeshView<S>& mesh, unsigned vertices, std::size_t sides)
+  EdgeLinks(const MeshView<double>& mesh, unsigned vertices, std::size_t sides)
       : mesh_(mesh), vertices_(vertices) {
     links_.reserve(sides / 2);
   }
@@ -110,8 +109,8 @@ class EdgeLinks {
 
   /// Links the triangles of equal sides; each only with the next 16 if there are more than 32.
   void linkAll(const Side* sides, std::size_t count) {
-    const double length = rounded(
-        static_cast<double>((mesh_.vertices[sides[0].from] - mesh_.vertices[sides[0].to]).norm()));
+    const double length =
+        rounded((mesh_.vertices[sides[0].from] - mesh_.vertices[sides[0].to]).norm());
     const std::size_t window = count <= 32 ? count : 16;
     for (std::size_t i = 0; i < count; ++i)
       for (std::size_t j = i + 1; j < std::min(count, i + 1 + window); ++j)
@@ -119,7 +118,7 @@ class EdgeLinks {
           links_.push_back({sides[i].triangle, sides[j].triangle, length});
   }
 
-  const MeshView<S>& mesh_;
+  const MeshView<double>& mesh_;
   unsigned vertices_;
   Scratch<Link> links_;
 };
@@ -130,10 +129,9 @@ Side side(unsigned a, unsigned b, unsigned triangle) {
 }
 
 /// Represents vertices at the same position by one of them, by an open-addressing hash table.
-template <typename S>
 class Representatives {
  public:
-  Representatives(const MeshView<S>& mesh, unsigned vertices)
+  Representatives(const MeshView<double>& mesh, unsigned vertices)
       : mesh_(mesh), representatives_(vertices, kEmpty) {
     std::size_t slots = 16;
     while (slots < 2 * std::size_t(vertices)) slots *= 2;
@@ -158,10 +156,10 @@ class Representatives {
     }
   }
 
-  static std::size_t hash(const fcl::Vector3<S>& p) {
+  static std::size_t hash(const fcl::Vector3d& p) {
     std::uint64_t h = 0;
     for (int k = 0; k < 3; ++k) {
-      const S x = p[k] + S(0);  // -0, which equals 0, becomes 0
+      const double x = p[k] + 0.;  // -0, which equals 0, becomes 0
       std::uint64_t bits = 0;
       std::memcpy(&bits, &x, sizeof(x));
       h = (h ^ bits) * 0x9E3779B97F4A7C15u;
@@ -170,16 +168,15 @@ class Representatives {
     return static_cast<std::size_t>(h);
   }
 
-  const MeshView<S>& mesh_;
+  const MeshView<double>& mesh_;
   Scratch<unsigned> representatives_;  // by vertex, or kEmpty
   Scratch<unsigned> slots_;            // the hash table: vertices, or kEmpty
 };
 
 /// Replaces the ends of sides by the representatives of their positions, and drops sides of zero
 /// length. Returns whether an end was replaced.
-template <typename S>
-bool mergeEqualPositions(const MeshView<S>& mesh, unsigned vertices, Scratch<Side>& sides) {
-  Representatives<S> representative(mesh, vertices);
+bool mergeEqualPositions(const MeshView<double>& mesh, unsigned vertices, Scratch<Side>& sides) {
+  Representatives representative(mesh, vertices);
   std::size_t kept = 0;
   bool has_replaced = false;
   for (const Side& s : sides) {
@@ -193,8 +190,7 @@ bool mergeEqualPositions(const MeshView<S>& mesh, unsigned vertices, Scratch<Sid
 
 }  // namespace
 
-template <typename S>
-Scratch<Link> sharedEdges(const MeshView<S>& mesh, unsigned count) {
+Scratch<Link> sharedEdges(const MeshView<double>& mesh, unsigned count) {
   Scratch<Side> sides;
   sides.reserve(3 * static_cast<std::size_t>(count));
   unsigned vertices = 0;  // exceeds all vertex indices
@@ -206,14 +202,11 @@ Scratch<Link> sharedEdges(const MeshView<S>& mesh, unsigned count) {
       if (a != b) sides.push_back(side(a, b, t));
     }
   }
-  EdgeLinks<S> links(mesh, vertices, sides.size());
+  EdgeLinks links(mesh, vertices, sides.size());
   Scratch<Side> border = links.link(sides);
   if (mergeEqualPositions(mesh, vertices, border)) links.link(border);
   return combined(count, links.take());
 }
-
-template Scratch<Link> sharedEdges(const MeshView<float>&, unsigned);
-template Scratch<Link> sharedEdges(const MeshView<double>&, unsigned);
 
 namespace {
 

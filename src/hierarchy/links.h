@@ -72,8 +72,7 @@ struct Buckets {
 /// Takes time linear in `count`. Linking all pairs would be quadratic for an edge with very many
 /// triangles. Above 32 triangles, which no surface has, each triangle is linked only to the next
 /// 16.
-template <typename S>
-Scratch<Link> sharedEdges(const MeshView<S>& mesh, unsigned count);
+Scratch<Link> sharedEdges(const MeshView<double>& mesh, unsigned count);
 
 using AlignedBox = Eigen::AlignedBox3d;
 

@@ -36,8 +36,7 @@ class Numbering {
 }  // namespace
 
 /// Goes down the tree to the first subtrees that fit into a block, and appends a block for each.
-template <typename S>
-void VertexSlots::assign(const OrderedTree& tree, const MeshView<S>& mesh,
+void VertexSlots::assign(const OrderedTree& tree, const MeshView<double>& mesh,
                          std::size_t num_vertices) {
   Scratch<VertexIndices> corners(tree.primitives.size());
   for (std::size_t i = 0; i < corners.size(); ++i) corners[i] = mesh.verticesOf(tree.primitives[i]);
@@ -89,8 +88,5 @@ VertexSlots::Samples VertexSlots::samples() const {
     samples[Eigen::Index(i)] = verticesOf(i * leaves() / static_cast<std::size_t>(count))[i % 3];
   return samples;
 }
-
-template void VertexSlots::assign(const OrderedTree&, const MeshView<float>&, std::size_t);
-template void VertexSlots::assign(const OrderedTree&, const MeshView<double>&, std::size_t);
 
 }  // namespace adaptive_bvh

@@ -28,8 +28,7 @@ class VertexSlots {
     std::uint64_t bits;
   };
 
-  template <typename S>
-  void assign(const OrderedTree& tree, const MeshView<S>& mesh, std::size_t num_vertices);
+  void assign(const OrderedTree& tree, const MeshView<double>& mesh, std::size_t num_vertices);
 
   std::size_t leaves() const { return leaves_.size(); }
   std::size_t size() const { return vertices_.size(); }

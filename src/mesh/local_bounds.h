@@ -27,11 +27,10 @@ struct LocalBox {
 
 /// The bounding box of a body in its own frame, and the ball around the box's centre that encloses
 /// the body. Member names are those of fcl::CollisionGeometry.
-template <typename S>
 struct LocalBounds {
-  fcl::AABB<S> aabb_local;
-  fcl::Vector3<S> aabb_center = fcl::Vector3<S>::Zero();
-  S aabb_radius = 0;
+  fcl::AABBd aabb_local;
+  fcl::Vector3d aabb_center = fcl::Vector3d::Zero();
+  double aabb_radius = 0;
 };
 
 /// Sets the local box of a geometry or of LocalBounds, and its centre.
@@ -55,18 +54,11 @@ void setLocalRadius(Geometry& geometry, S squared) {
                              : (box.max_ - middle).cwiseMax(middle - box.min_).stableNorm();
 }
 
-/// Copies a mesh's bounds to an FCL geometry. In single precision the centre is rounded, and the
-/// radius rounded up to include the centre's error.
-template <typename S>
-void copyBounds(const LocalBounds<double>& bounds, fcl::CollisionGeometry<S>& geometry) {
-  setLocalBox(geometry, fcl::Vector3<S>(bounds.aabb_local.min_.template cast<S>()),
-              fcl::Vector3<S>(bounds.aabb_local.max_.template cast<S>()));
-  const double center_error =
-      (geometry.aabb_center.template cast<double>() - bounds.aabb_center).stableNorm();
-  const double radius = bounds.aabb_radius + center_error;
-  geometry.aabb_radius = static_cast<S>(radius);
-  if (geometry.aabb_radius < radius)
-    geometry.aabb_radius = std::nextafter(geometry.aabb_radius, std::numeric_limits<S>::infinity());
+/// Copies a mesh's bounds to an FCL geometry.
+inline void copyBounds(const LocalBounds& bounds, fcl::CollisionGeometryd& geometry) {
+  geometry.aabb_local = bounds.aabb_local;
+  geometry.aabb_center = bounds.aabb_center;
+  geometry.aabb_radius = bounds.aabb_radius;
 }
 
 /// Updates the local box of a geometry after some vertices have moved. If a vertex moves inward

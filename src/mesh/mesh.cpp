@@ -13,12 +13,10 @@ namespace adaptive_bvh {
 namespace {
 
 /// The key of a position in a hash table: its grid cell, or the position itself.
-template <typename S>
-using Key = std::array<S, 3>;
+using Key = std::array<double, 3>;
 
 /// A polynomial hash of a key's 32-bit halves at a random point, modulo the prime 2^61 - 1: two
 /// different keys collide with a probability below 2^-58, whatever the keys are.
-template <typename S>
 class KeyHash {
  public:
   KeyHash() {
@@ -26,9 +24,9 @@ class KeyHash {
     point_ = (std::uint64_t{random()} << 32 | random()) % kPrime;
   }
 
-  std::size_t operator()(const Key<S>& key) const {
+  std::size_t operator()(const Key& key) const {
     std::uint64_t hash = 1;
-    for (const S x : key) {
+    for (const double x : key) {
       std::uint64_t bits = 0;
       std::memcpy(&bits, &x, sizeof(x));
       hash = timesPoint(timesPoint(hash) + (bits & 0xFFFFFFFFu)) + (bits >> 32);
@@ -52,32 +50,32 @@ class KeyHash {
 };
 
 /// An open-addressing hash table of vertices by grid cell, or by position if the tolerance is 0.
-template <typename S>
 class KeptVertices {
  public:
-  KeptVertices(S tolerance, std::size_t most_vertices) : tolerance_(tolerance) {
+  KeptVertices(double tolerance, std::size_t most_vertices) : tolerance_(tolerance) {
     std::size_t slots = 1;
     while (slots <= 2 * most_vertices) slots *= 2;
     slots_.assign(slots, kEmpty);
   }
 
   /// The smallest index of an added vertex within the tolerance of p, or `otherwise` if smaller.
-  std::size_t find(const fcl::Vector3<S>& p, const std::vector<fcl::Vector3<S>>& vertices,
+  std::size_t find(const fcl::Vector3d& p, const std::vector<fcl::Vector3d>& vertices,
                    std::size_t otherwise) const {
-    const Key<S> cell = keyOf(p);
+    const Key cell = keyOf(p);
     const int radius = tolerance_ == 0 ? 0 : 1;  // search radius in cells
     std::size_t first = otherwise;
     for (int x = -radius; x <= radius; ++x)
       for (int y = -radius; y <= radius; ++y)
         for (int z = -radius; z <= radius; ++z) {
-          std::size_t slot = slotOf({cell[0] + S(x), cell[1] + S(y), cell[2] + S(z)});
+          std::size_t slot =
+              slotOf({cell[0] + double(x), cell[1] + double(y), cell[2] + double(z)});
           for (; slots_[slot] != kEmpty; slot = slotAfter(slot))
             if (isNear(vertices[slots_[slot]], p)) first = std::min(first, slots_[slot]);
         }
     return first;
   }
 
-  void add(const fcl::Vector3<S>& p, std::size_t vertex) {
+  void add(const fcl::Vector3d& p, std::size_t vertex) {
     if (p.hasNaN()) return;  // NaN is never equal to a position
     std::size_t slot = slotOf(keyOf(p));
     while (slots_[slot] != kEmpty) slot = slotAfter(slot);
@@ -89,41 +87,40 @@ class KeptVertices {
   /// wide as the tolerance, so that despite rounding two vertices within the tolerance are at most
   /// one cell apart. Where neighbouring numbers are farther apart than the tolerance, each number
   /// is a cell.
-  Key<S> keyOf(const fcl::Vector3<S>& p) const {
-    constexpr S kWide = S(4) / std::numeric_limits<S>::epsilon();
-    Key<S> key;
+  Key keyOf(const fcl::Vector3d& p) const {
+    constexpr double kWide = 4. / std::numeric_limits<double>::epsilon();
+    Key key;
     for (int k = 0; k < 3; ++k) {
-      const S cell = tolerance_ == 0 ? kWide : p[k] / (2 * tolerance_);
-      key[std::size_t(k)] = (std::fabs(cell) < kWide ? std::floor(cell) : p[k]) + S(0);
+      const double cell = tolerance_ == 0 ? kWide : p[k] / (2 * tolerance_);
+      key[std::size_t(k)] = (std::fabs(cell) < kWide ? std::floor(cell) : p[k]) + 0.;
     }
     return key;
   }
 
-  bool isNear(const fcl::Vector3<S>& a, const fcl::Vector3<S>& b) const {
+  bool isNear(const fcl::Vector3d& a, const fcl::Vector3d& b) const {
     return tolerance_ == 0 ? a == b : (a - b).norm() <= tolerance_;
   }
 
-  std::size_t slotOf(const Key<S>& key) const { return hash_(key) & (slots_.size() - 1); }
+  std::size_t slotOf(const Key& key) const { return hash_(key) & (slots_.size() - 1); }
   std::size_t slotAfter(std::size_t slot) const { return (slot + 1) & (slots_.size() - 1); }
 
   static constexpr std::size_t kEmpty = std::numeric_limits<std::size_t>::max();
-  S tolerance_;
-  KeyHash<S> hash_;
+  double tolerance_;
+  KeyHash hash_;
   std::vector<std::size_t> slots_;  ///< vertices or kEmpty; 2^n slots, at least half of them empty
 };
 
 }  // namespace
 
 /// Goes through the vertices in order, and moves those that are kept to the front of the array.
-template <typename S>
-void weldVertices(TriangleMesh<S>& mesh, NonDeduced<S> tolerance) {
+void weldVertices(TriangleMesh& mesh, double tolerance) {
   if (!(tolerance >= 0) || !std::isfinite(tolerance))
     throw std::invalid_argument("weldVertices: the tolerance must be finite, and not negative");
-  KeptVertices<S> kept_vertices(tolerance, mesh.vertices.size());
+  KeptVertices kept_vertices(tolerance, mesh.vertices.size());
   std::vector<std::size_t> new_index(mesh.vertices.size());
   std::size_t kept = 0;  // number of vertices kept
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    const fcl::Vector3<S> p = mesh.vertices[v];
+    const fcl::Vector3d p = mesh.vertices[v];
     new_index[v] = kept_vertices.find(p, mesh.vertices, kept);
     if (new_index[v] != kept) continue;
     kept_vertices.add(p, kept);
@@ -138,8 +135,5 @@ void weldVertices(TriangleMesh<S>& mesh, NonDeduced<S> tolerance) {
                                         }),
                          mesh.triangles.end());
 }
-
-template void weldVertices(TriangleMesh<float>&, float);
-template void weldVertices(TriangleMesh<double>&, double);
 
 }  // namespace adaptive_bvh

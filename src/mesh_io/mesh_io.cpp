@@ -179,7 +179,7 @@ void checkOptions(const MeshLoadOptions& options) {
     throw std::invalid_argument("loadMesh: the weld tolerance must be finite, and not negative");
 }
 
-TriangleMesh<double> readMesh(const std::string& path, const MeshLoadOptions& options) {
+TriangleMesh readMesh(const std::string& path, const MeshLoadOptions& options) {
   try {
     FileScene scene = readScene(path, options);
     const Eigen::Matrix4d transform = transformFor(scene, options);
@@ -193,24 +193,16 @@ TriangleMesh<double> readMesh(const std::string& path, const MeshLoadOptions& op
 
 }  // namespace
 
-template <typename S>
-TriangleMesh<S> loadMesh(const std::string& path, const MeshLoadOptions& options) {
+TriangleMesh loadMesh(const std::string& path, const MeshLoadOptions& options) {
   checkOptions(options);
-  TriangleMesh<double> mesh = readMesh(path, options);
+  TriangleMesh mesh = readMesh(path, options);
   if (mesh.triangles.empty()) failToLoad(path, "it holds no triangles");
-  TriangleMesh<S> result;
   for (const fcl::Vector3d& p : mesh.vertices)
-    if (!p.cast<S>().allFinite()) failToLoad(path, "a coordinate is not finite");
+    if (!p.allFinite()) failToLoad(path, "a coordinate is not finite");
   if (options.weld) weldVertices(mesh, options.weld_tolerance);
   if (mesh.triangles.empty())
     failToLoad(path, "there are no triangles left when vertices are welded");
-  result.triangles = std::move(mesh.triangles);
-  result.vertices.reserve(mesh.vertices.size());
-  for (const fcl::Vector3d& p : mesh.vertices) result.vertices.push_back(p.cast<S>());
-  return result;
+  return mesh;
 }
-
-template TriangleMesh<float> loadMesh(const std::string&, const MeshLoadOptions&);
-template TriangleMesh<double> loadMesh(const std::string&, const MeshLoadOptions&);
 
 }  // namespace adaptive_bvh

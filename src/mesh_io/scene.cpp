@@ -9,7 +9,7 @@ namespace adaptive_bvh {
 namespace {
 
 using Matrix4d = Eigen::Matrix4d;
-using Mesh = TriangleMesh<double>;
+using Mesh = TriangleMesh;
 
 /// The state of a node in checkHierarchy.
 struct NodeState {

@@ -55,7 +55,7 @@ struct PolygonMesh {
 /// outline crosses itself, or touches itself where a triangle's edge would have to be split; a
 /// corner is not a valid vertex index; there are more than `kMostCorners` corners; or the work
 /// limit is exceeded.
-TriangleMesh<double> triangulate(PolygonMesh mesh, WorkLimit& work);
+TriangleMesh triangulate(PolygonMesh mesh, WorkLimit& work);
 
 /// In most outlines few edges are near an ear, and the work is nearly linear in the number of
 /// corners. In the worst case it is quadratic.
@@ -128,7 +128,7 @@ struct Placement {
 /// The meshes of a scene as triangles, and its placements, depth first: the parent of one is the
 /// last one before it that is a level higher.
 struct PlacedMeshes {
-  std::vector<TriangleMesh<double>> meshes;
+  std::vector<TriangleMesh> meshes;
   std::vector<Placement> placements;
 };
 
@@ -138,6 +138,6 @@ PlacedMeshes placedMeshes(FileScene& scene);
 
 /// The triangles of all placed meshes in the frame of the root, transformed by `root`. Throws like
 /// `placedMeshes`.
-TriangleMesh<double> flatten(FileScene scene, const Eigen::Matrix4d& root);
+TriangleMesh flatten(FileScene scene, const Eigen::Matrix4d& root);
 
 }  // namespace adaptive_bvh

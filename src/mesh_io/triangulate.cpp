@@ -224,8 +224,8 @@ class Triangulation {
 
 }  // namespace
 
-TriangleMesh<double> triangulate(PolygonMesh mesh, WorkLimit& work) {
-  TriangleMesh<double> result;
+TriangleMesh triangulate(PolygonMesh mesh, WorkLimit& work) {
+  TriangleMesh result;
   result.vertices = std::move(mesh.vertices);
   Triangulation triangulation(work);
   std::vector<fcl::Vector3d> points;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "adaptive_bvh/surface_neighbourhood.h"
@@ -26,9 +27,13 @@ struct NeighbourRanges {
 
   /// Whether a list contains a range.
   bool contains(unsigned list, const Range& range) const;
+  /// Whether the list of a triangle has the other, by leaf indices.
+  bool areListed(unsigned first, unsigned second) const {
+    return contains(of_triangle[first], {second, second + 1});
+  }
   /// Whether two triangles are neighbours, by leaf indices.
   bool areNeighbours(unsigned first, unsigned second) const {
-    return shareVertex(first, second) || contains(of_triangle[first], {second, second + 1});
+    return shareVertex(first, second) || areListed(first, second);
   }
   /// Whether all triangles of one node are neighbours of all triangles of the other.
   bool areAllNeighbours(int first, int second) const {
@@ -40,5 +45,12 @@ struct NeighbourRanges {
   /// Appends a list. Returns its number.
   unsigned add(const std::vector<Range>& list);
 };
+
+/// The triangles with a common vertex.
+std::shared_ptr<const NeighbourRanges> neighboursByVertices(const MeshState& mesh);
+
+/// The neighbours along the surface that a query of a mesh with itself leaves out, or null. Throws
+/// std::invalid_argument if they are those of another mesh.
+const NeighbourRanges* surfaceOf(const Ignored& ignored, const MeshState& mesh);
 
 }  // namespace adaptive_bvh

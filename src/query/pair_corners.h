@@ -34,8 +34,7 @@ class TriangleDifferences {
   explicit TriangleDifferences(double scale) : scale_(scale) {}
 
   /// Sets the pair of one lane: triangles p and q in one frame.
-  ADAPTIVE_BVH_INLINE void set(int lane, const TrianglePoints<double>& p,
-                               TrianglePoints<double> q) {
+  ADAPTIVE_BVH_INLINE void set(int lane, const TrianglePoints& p, TrianglePoints q) {
     for (std::size_t c = 0; c < 3; ++c) q[c] -= p[0];
     const fcl::Vector3d p1 = p[1] - p[0], p2 = p[2] - p[0];
     set(kPEdges, lane, p1);

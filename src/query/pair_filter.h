@@ -6,31 +6,30 @@
 #include <string>
 
 #include "adaptive_bvh/feature_pairs.h"
-#include "adaptive_bvh/self_collision.h"
 #include "boxes/wide_tree.h"
+#include "query/neighbour_ranges.h"
 
-// Filters for the pairs that a query has found: pairs that the caller ignores (IgnoredPairs), and
-// neighbouring triangles of one mesh (NeighbourFilter).
+// Filters for the pairs that a query has found: those that the caller ignores (Ignored).
 namespace adaptive_bvh {
 
-/// Throws std::invalid_argument if the list of pairs is not sorted.
-inline void requireSorted(const IgnoredPairs& pairs) {
-  if (pairs.list && !std::is_sorted(pairs.list->begin(), pairs.list->end()))
-    throw std::invalid_argument(
-        "adaptive_bvh: the list of pairs to ignore is not sorted by first and second number");
-}
-
-/// Like requireSorted, for pairs of two triangles or two edges of one mesh: also throws if a pair
-/// has the larger number first. Results have the smaller number first, so such a pair would match
-/// nothing.
-inline void requireSortedOfSelf(const IgnoredPairs& pairs) {
-  requireSorted(pairs);
-  if (!pairs.list) return;
-  for (const FeaturePair& pair : *pairs.list)
-    if (pair.first > pair.second)
-      throw std::invalid_argument("adaptive_bvh: the list of pairs to ignore has the pair (" +
-                                  std::to_string(pair.first) + ", " + std::to_string(pair.second) +
-                                  "); within one mesh the smaller number comes first");
+/// Throws std::invalid_argument if a list of pairs is not sorted; within one mesh also if a pair of
+/// two triangles or two edges has the larger number first. Results have the smaller number first,
+/// so such a pair would match nothing.
+inline void requireSorted(const Ignored& ignored, bool is_self) {
+  for (const IgnoredPairs* pairs :
+       {&ignored.triangles, &ignored.vertex_face, &ignored.face_vertex, &ignored.edge_edge}) {
+    if (!pairs->list) continue;
+    if (!std::is_sorted(pairs->list->begin(), pairs->list->end()))
+      throw std::invalid_argument(
+          "adaptive_bvh: the list of pairs to ignore is not sorted by first and second number");
+    if (!is_self || pairs == &ignored.vertex_face || pairs == &ignored.face_vertex) continue;
+    for (const FeaturePair& pair : *pairs->list)
+      if (pair.first > pair.second)
+        throw std::invalid_argument("adaptive_bvh: the list of pairs to ignore has the pair (" +
+                                    std::to_string(pair.first) + ", " +
+                                    std::to_string(pair.second) +
+                                    "); within one mesh the smaller number comes first");
+  }
 }
 
 /// Whether the list, which must be sorted, or the function of `pairs` has the pair (first, second).
@@ -53,13 +52,32 @@ ADAPTIVE_BVH_INLINE std::array<Int4, 3> verticesOf(const WideTree& tree, const W
   return vertices;
 }
 
+/// Neighbouring triangles that a search of one mesh with itself leaves out.
+struct LeftOut {
+  NeighbourFilter filter = NeighbourFilter::None;
+  const NeighbourRanges* surface = nullptr;  ///< or null
+};
+
+/// Returns `pairs` without those that are near along the surface.
+inline unsigned withoutListed(unsigned pairs, const WideNode& a, const WideNode& b,
+                              const NeighbourRanges& surface) {
+  for (unsigned rest = pairs; rest; rest &= rest - 1) {
+    const int bit = __builtin_ctz(rest);
+    if (surface.areListed(unsigned(a.first + (bit & 3)), unsigned(b.first + (bit >> 2))))
+      pairs &= ~(1u << bit);
+  }
+  return pairs;
+}
+
 /// Returns `pairs` without the pairs of triangles that have more common vertices than the filter
 /// allows: none for SharedVertex, one for SharedEdge. Bit 4 j + i stands for triangle i of leaf `a`
 /// and triangle j of leaf `b`. A vertex that a triangle repeats counts once. Returns all pairs for
 /// BeyondShared: that filter needs positions, too, and is applied later (meetBeyondShared).
 ADAPTIVE_BVH_INLINE unsigned withoutNeighbours(unsigned pairs, const WideTree& tree1,
                                                const WideNode& a, const WideTree& tree2,
-                                               const WideNode& b, NeighbourFilter filter) {
+                                               const WideNode& b, const LeftOut& left_out) {
+  if (left_out.surface) pairs = withoutListed(pairs, a, b, *left_out.surface);
+  const NeighbourFilter filter = left_out.filter;
   if (filter == NeighbourFilter::None || filter == NeighbourFilter::BeyondShared) return pairs;
   const std::array<Int4, 3> vertices1 = verticesOf(tree1, a);
   const int allowed = filter == NeighbourFilter::SharedEdge ? 1 : 0;

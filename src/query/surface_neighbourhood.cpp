@@ -243,21 +243,30 @@ std::size_t NeighbourRanges::bytes() const {
          size(triangles) + size(leaf_index);
 }
 
+std::shared_ptr<const NeighbourRanges> neighboursByVertices(const MeshState& mesh) {
+  return within(mesh, 0, oneStep);
+}
+
+const NeighbourRanges* surfaceOf(const Ignored& ignored, const MeshState& mesh) {
+  if (!ignored.surface) return nullptr;
+  if (ignored.surface->ranges().topology != mesh.topology)
+    throw std::invalid_argument(
+        "adaptive_bvh: a SurfaceNeighbourhood of another mesh; make it of this mesh, or of the "
+        "mesh that this is a copy of");
+  return &ignored.surface->ranges();
+}
+
 SurfaceNeighbourhood::SurfaceNeighbourhood(std::shared_ptr<const NeighbourRanges> ranges)
     : ranges_(std::move(ranges)) {}
 
-template <typename S>
-SurfaceNeighbourhood::SurfaceNeighbourhood(const DeformableMesh<S>& mesh)
-    : SurfaceNeighbourhood(within(stateOf(mesh), 0, oneStep)) {}
+SurfaceNeighbourhood::SurfaceNeighbourhood(const DeformableMesh& mesh)
+    : SurfaceNeighbourhood(neighboursByVertices(stateOf(mesh))) {}
 
-template <typename S>
-SurfaceNeighbourhood SurfaceNeighbourhood::byRings(const DeformableMesh<S>& mesh, unsigned rings) {
+SurfaceNeighbourhood SurfaceNeighbourhood::byRings(const DeformableMesh& mesh, unsigned rings) {
   return SurfaceNeighbourhood(within(stateOf(mesh), std::max(1., double(rings)) - 1, oneStep));
 }
 
-template <typename S>
-SurfaceNeighbourhood SurfaceNeighbourhood::byDistance(const DeformableMesh<S>& mesh,
-                                                      double distance) {
+SurfaceNeighbourhood SurfaceNeighbourhood::byDistance(const DeformableMesh& mesh, double distance) {
   if (!(distance >= 0))
     throw std::invalid_argument(
         "adaptive_bvh: a distance along the surface is negative or not a number");
@@ -268,8 +277,7 @@ SurfaceNeighbourhood SurfaceNeighbourhood::byDistance(const DeformableMesh<S>& m
       }));
 }
 
-template <typename S>
-SurfaceNeighbourhood SurfaceNeighbourhood::byLabels(const DeformableMesh<S>& mesh,
+SurfaceNeighbourhood SurfaceNeighbourhood::byLabels(const DeformableMesh& mesh,
                                                     const std::vector<unsigned>& labels,
                                                     LabelRule rule) {
   return SurfaceNeighbourhood(byLabelsOf(stateOf(mesh), labels, rule));
@@ -283,16 +291,5 @@ bool SurfaceNeighbourhood::contains(unsigned first, unsigned second) const {
 }
 
 std::size_t SurfaceNeighbourhood::bytes() const { return ranges_->bytes(); }
-
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                                \
-  template SurfaceNeighbourhood::SurfaceNeighbourhood(const DeformableMesh<S>&);                   \
-  template SurfaceNeighbourhood SurfaceNeighbourhood::byRings(const DeformableMesh<S>&, unsigned); \
-  template SurfaceNeighbourhood SurfaceNeighbourhood::byDistance(const DeformableMesh<S>&,         \
-                                                                 double);                          \
-  template SurfaceNeighbourhood SurfaceNeighbourhood::byLabels(                                    \
-      const DeformableMesh<S>&, const std::vector<unsigned>&, LabelRule);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
-#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

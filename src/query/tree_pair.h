@@ -5,13 +5,13 @@
 #include <limits>
 #include <optional>
 
-#include "adaptive_bvh/self_collision.h"
 #include "base/frame_change.h"
 #include "base/leased.h"
 #include "base/rigid.h"
 #include "base/shortcut.h"
 #include "boxes/wide_search.h"
 #include "boxes/wide_tree.h"
+#include "query/pair_filter.h"
 #include "query/placed_mesh.h"
 #include "triangles/exact_nearness.h"
 #include "triangles/triangle_gap.h"
@@ -182,9 +182,8 @@ struct TrianglePair {
 
 /// Two placed meshes, and the placement of one relative to the other.
 struct PairOfMeshes {
-  template <typename S>
-  PairOfMeshes(const DeformableMesh<S>& mesh1, const fcl::Transform3<S>& tf1,
-               const DeformableMesh<S>& mesh2, const fcl::Transform3<S>& tf2)
+  PairOfMeshes(const DeformableMesh& mesh1, const fcl::Transform3d& tf1,
+               const DeformableMesh& mesh2, const fcl::Transform3d& tf2)
       : PairOfMeshes(PlacedMesh(mesh1, tf1), PlacedMesh(mesh2, tf2)) {}
   PairOfMeshes(const PlacedMesh& mesh1, const PlacedMesh& mesh2)
       : first(mesh1), second(mesh2), to_first(mesh1.tf, mesh2.tf) {}
@@ -196,7 +195,7 @@ struct PairOfMeshes {
   }
   /// Whether two triangles are at most `distance` apart.
   bool isNear(const TrianglePair& triangles, double distance) const {
-    const TrianglePoints<double> p = corners(first, triangles.first), q = inFirst(triangles.second);
+    const TrianglePoints p = corners(first, triangles.first), q = inFirst(triangles.second);
     const ExactNearness nearness(distance,
                                  first.bounds().aabb_radius + second.bounds().aabb_radius);
     return nearness.areNear(gapOf(p, q).distance, p, q);
@@ -206,11 +205,11 @@ struct PairOfMeshes {
   const RelativePlacement to_first;  ///< maps the second mesh's frame to the first's
 
  private:
-  static TrianglePoints<double> corners(const PlacedMesh& mesh, unsigned triangle) {
+  static TrianglePoints corners(const PlacedMesh& mesh, unsigned triangle) {
     return mesh.pointsOf(triangle < unsigned(mesh.mesh.numTriangles()) ? triangle : 0u);
   }
-  TrianglePoints<double> inFirst(unsigned triangle) const {
-    TrianglePoints<double> q = corners(second, triangle);
+  TrianglePoints inFirst(unsigned triangle) const {
+    TrianglePoints q = corners(second, triangle);
     for (fcl::Vector3d& x : q) x = to_first(x);
     return q;
   }
@@ -227,19 +226,19 @@ struct PairInput {
         tree2(trees.second()),
         to_first(trees.toFirst()),
         distance(largest_distance) {}
-  /// One mesh with itself. Finds each pair once, without the neighbours `left_out`.
-  PairInput(const PlacedMesh& mesh, NeighbourFilter left_out, double largest_distance = 0)
+  /// One mesh with itself. Finds each pair once, without the neighbours `neighbours`.
+  PairInput(const PlacedMesh& mesh, const LeftOut& neighbours, double largest_distance = 0)
       : first(mesh),
         second(mesh),
         tree1(mesh.tree()),
         tree2(mesh.tree()),
-        filter(left_out),
+        left_out(neighbours),
         distance(largest_distance) {}
 
   const PlacedMesh &first, &second;
   const WideTree &tree1, &tree2;
   const RelativePlacement to_first;  ///< maps the second mesh's frame to the first's
-  const NeighbourFilter filter = NeighbourFilter::None;
+  const LeftOut left_out = {};
   const double distance;              ///< in the meshes' unit
   const FlatPatches* flat = nullptr;  ///< for one mesh: nodes without pairs; or null
   MovedNodes moved = {};              ///< the pairs of nodes to search, if not all
@@ -257,11 +256,9 @@ struct PairInput {
   }
   /// Returns the corners, in the first mesh's frame, of a triangle of the first or of the second
   /// mesh. `leaf_index`: its index in the order of the leaves of its tree.
-  TrianglePoints<double> pointsOfFirst(unsigned leaf_index) const {
-    return first.pointsAt(leaf_index);
-  }
-  TrianglePoints<double> pointsOfSecond(unsigned leaf_index) const {
-    TrianglePoints<double> q = second.pointsAt(leaf_index);
+  TrianglePoints pointsOfFirst(unsigned leaf_index) const { return first.pointsAt(leaf_index); }
+  TrianglePoints pointsOfSecond(unsigned leaf_index) const {
+    TrianglePoints q = second.pointsAt(leaf_index);
     for (fcl::Vector3d& x : q) x = to_first(x);
     return q;
   }

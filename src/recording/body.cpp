@@ -12,9 +12,8 @@ namespace adaptive_bvh {
 namespace {
 
 /// A record with a rectangle alone. `low` is subtracted from its first corner.
-template <typename S>
-VolumeRecord rectangle(const fcl::Vector3<S>& corner, const fcl::Matrix3<S>& axes, S width,
-                       S height, const fcl::Vector3d& low) {
+VolumeRecord rectangle(const fcl::Vector3d& corner, const fcl::Matrix3d& axes, double width,
+                       double height, const fcl::Vector3d& low) {
   VolumeRecord record{};
   for (int k = 0; k < 3; ++k) {
     record.corner[k] = static_cast<float>(static_cast<double>(corner[k]) - low[k]);
@@ -26,30 +25,29 @@ VolumeRecord rectangle(const fcl::Vector3<S>& corner, const fcl::Matrix3<S>& axe
 }
 
 /// The inflation factor of thesis 4.4.1, against InflationReference::NodeSize.
-template <typename S>
-float inflationOf(const fcl::RSS<S>& rss, S original_radius) {
-  const S inflation = rss.r - original_radius;
+float inflationOf(const fcl::RSSd& rss, double original_radius) {
+  const double inflation = rss.r - original_radius;
   if (!(inflation > 0)) return 0;
-  const S half_width = original_radius + std::min(rss.l[0], rss.l[1]) / 2;
-  const S size = half_width > 0 ? half_width : std::max(rss.l[0], rss.l[1]);
+  const double half_width = original_radius + std::min(rss.l[0], rss.l[1]) / 2;
+  const double size = half_width > 0 ? half_width : std::max(rss.l[0], rss.l[1]);
   return size > 0 ? static_cast<float>(inflation / size) : 1;
 }
 
 /// The record of a volume, whose radius at the last refit was `original_radius`. Its position in
 /// the tree is not set. Of an OBBRSS, the box is recorded.
-template <typename S>
-VolumeRecord recordOf(const fcl::RSS<S>& rss, S original_radius, const fcl::Vector3d& low) {
-  VolumeRecord record = rectangle<S>(rss.To, rss.axis, rss.l[0], rss.l[1], low);
+VolumeRecord recordOf(const fcl::RSSd& rss, double original_radius, const fcl::Vector3d& low) {
+  VolumeRecord record = rectangle(rss.To, rss.axis, rss.l[0], rss.l[1], low);
   record.radius = static_cast<float>(rss.r);
   record.inflation = inflationOf(rss, original_radius);
   return record;
 }
-template <typename S>
-VolumeRecord recordOf(const fcl::OBBRSS<S>& volume, S original_radius, const fcl::Vector3d& low) {
-  const fcl::OBB<S>& box = volume.obb;
-  const fcl::Vector3<S> corner =
+
+VolumeRecord recordOf(const fcl::OBBRSSd& volume, double original_radius,
+                      const fcl::Vector3d& low) {
+  const fcl::OBBd& box = volume.obb;
+  const fcl::Vector3d corner =
       box.To - box.axis.col(0) * box.extent[0] - box.axis.col(1) * box.extent[1];
-  VolumeRecord record = rectangle<S>(corner, box.axis, 2 * box.extent[0], 2 * box.extent[1], low);
+  VolumeRecord record = rectangle(corner, box.axis, 2 * box.extent[0], 2 * box.extent[1], low);
   record.radius = static_cast<float>(box.extent[2]);
   record.inflation = inflationOf(volume.rss, original_radius);
   return record;
@@ -119,14 +117,8 @@ std::vector<VolumeRecord> volumesOf(const Mesh&, const VolumeChoice&, const fcl:
   return {};
 }
 
-template <typename S>
-const char* kindOfVolumes(const AdaptiveBVHModel<fcl::RSS<S>>&) {
-  return "swept rectangle";
-}
-template <typename S>
-const char* kindOfVolumes(const AdaptiveBVHModel<fcl::OBBRSS<S>>&) {
-  return "box";
-}
+const char* kindOfVolumes(const AdaptiveBVHModel<fcl::RSSd>&) { return "swept rectangle"; }
+const char* kindOfVolumes(const AdaptiveBVHModel<fcl::OBBRSSd>&) { return "box"; }
 template <typename Mesh>
 const char* kindOfVolumes(const Mesh&) {
   return "none";
@@ -136,39 +128,36 @@ template <typename BV>
 UpdateReport updateOf(const AdaptiveBVHModel<BV>& model) {
   return model.lastUpdate();
 }
-template <typename S>
-UpdateReport updateOf(const DeformableMesh<S>& mesh) {
+
+UpdateReport updateOf(const DeformableMesh& mesh) {
   UpdateReport report;
   report.largest_displacement = mesh.lastUpdate().largest_displacement;
   report.displacement_seconds = mesh.lastUpdate().seconds;
   return report;
 }
-template <typename S>
-UpdateReport updateOf(const TriangleMesh<S>&) {
-  return UpdateReport();
-}
+
+UpdateReport updateOf(const TriangleMesh&) { return UpdateReport(); }
 
 /// The vertices and triangles of a body.
-template <typename S>
 struct Surface {
-  const fcl::Vector3<S>* vertices;
+  const fcl::Vector3d* vertices;
   std::size_t vertex_count;
   const fcl::Triangle* triangles;
   std::size_t triangle_count;
 };
 
 template <typename BV>
-Surface<typename BV::S> surfaceOf(const AdaptiveBVHModel<BV>& model) {
+Surface surfaceOf(const AdaptiveBVHModel<BV>& model) {
   return {model.vertices, static_cast<std::size_t>(model.num_vertices), model.tri_indices,
           static_cast<std::size_t>(model.num_tris)};
 }
-template <typename S>
-Surface<S> surfaceOf(const DeformableMesh<S>& mesh) {
+
+Surface surfaceOf(const DeformableMesh& mesh) {
   return {mesh.vertices().data(), mesh.vertices().size(), mesh.triangles().data(),
           mesh.triangles().size()};
 }
-template <typename S>
-Surface<S> surfaceOf(const TriangleMesh<S>& mesh) {
+
+Surface surfaceOf(const TriangleMesh& mesh) {
   return {mesh.vertices.data(), mesh.vertices.size(), mesh.triangles.data(), mesh.triangles.size()};
 }
 
@@ -210,49 +199,36 @@ class SourceOf : public BodySource {
 
 }  // namespace
 
-template <typename S>
-std::unique_ptr<BodySource> sourceOf(const fcl::CollisionGeometry<S>& geometry) {
-  if (const auto* mesh = dynamic_cast<const DeformableMesh<S>*>(&geometry))
-    return std::make_unique<SourceOf<const DeformableMesh<S>&>>(*mesh);
-  return std::make_unique<SourceOf<TriangleMesh<S>>>(shapeMesh(geometry), isUnbounded(geometry));
+std::unique_ptr<BodySource> sourceOf(const fcl::CollisionGeometryd& geometry) {
+  if (const auto* mesh = dynamic_cast<const DeformableMesh*>(&geometry))
+    return std::make_unique<SourceOf<const DeformableMesh&>>(*mesh);
+  return std::make_unique<SourceOf<TriangleMesh>>(shapeMesh(geometry), isUnbounded(geometry));
 }
 
-template <typename S>
-int Recording::add(const fcl::CollisionGeometry<S>& geometry, const fcl::Transform3<S>& tf,
+int Recording::add(const fcl::CollisionGeometryd& geometry, const fcl::Transform3d& tf,
                    const std::string& name) {
-  return add(sourceOf(geometry), tf.template cast<double>(), name);
+  return add(sourceOf(geometry), tf, name);
 }
 
 template <typename BV>
-int Recording::add(const AdaptiveBVHModel<BV>& model, const fcl::Transform3<typename BV::S>& tf,
+int Recording::add(const AdaptiveBVHModel<BV>& model, const fcl::Transform3d& tf,
                    const std::string& name) {
   if (model.getNumBVs() == 0)
     throw std::invalid_argument("Recording::add: '" + name + "' has no triangles or is not built");
   using Kept = const AdaptiveBVHModel<BV>&;
-  return add(std::make_unique<SourceOf<Kept>>(model), tf.template cast<double>(), name);
+  return add(std::make_unique<SourceOf<Kept>>(model), tf, name);
 }
 
-int Recording::add(const TriangleMesh<double>& mesh, const fcl::Transform3d& tf,
-                   const std::string& name) {
+int Recording::add(const TriangleMesh& mesh, const fcl::Transform3d& tf, const std::string& name) {
   for (const fcl::Vector3d& point : mesh.vertices)
     if (!point.allFinite())
       throw std::invalid_argument("Recording::add: a vertex of '" + name + "' is not finite");
-  return add(std::make_unique<SourceOf<TriangleMesh<double>>>(mesh), tf, name);
+  return add(std::make_unique<SourceOf<TriangleMesh>>(mesh), tf, name);
 }
 
-template int Recording::add(const AdaptiveBVHModel<fcl::RSS<float>>&, const fcl::Transform3f&,
+template int Recording::add(const AdaptiveBVHModel<fcl::RSSd>&, const fcl::Transform3d&,
                             const std::string&);
-template int Recording::add(const AdaptiveBVHModel<fcl::RSS<double>>&, const fcl::Transform3d&,
+template int Recording::add(const AdaptiveBVHModel<fcl::OBBRSSd>&, const fcl::Transform3d&,
                             const std::string&);
-template int Recording::add(const AdaptiveBVHModel<fcl::OBBRSS<float>>&, const fcl::Transform3f&,
-                            const std::string&);
-template int Recording::add(const AdaptiveBVHModel<fcl::OBBRSS<double>>&, const fcl::Transform3d&,
-                            const std::string&);
-template int Recording::add(const fcl::CollisionGeometry<float>&, const fcl::Transform3f&,
-                            const std::string&);
-template int Recording::add(const fcl::CollisionGeometry<double>&, const fcl::Transform3d&,
-                            const std::string&);
-template std::unique_ptr<BodySource> sourceOf(const fcl::CollisionGeometry<float>&);
-template std::unique_ptr<BodySource> sourceOf(const fcl::CollisionGeometry<double>&);
 
 }  // namespace adaptive_bvh

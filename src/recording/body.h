@@ -59,14 +59,12 @@ class BodySource {
 };
 
 /// Whether `shape` is a plane or a half-space.
-template <typename S>
-bool isUnbounded(const fcl::CollisionGeometry<S>& shape) {
+inline bool isUnbounded(const fcl::CollisionGeometryd& shape) {
   return shape.getNodeType() == fcl::GEOM_PLANE || shape.getNodeType() == fcl::GEOM_HALFSPACE;
 }
 
 /// Makes a source that keeps a reference to a DeformableMesh, or a copy of the surface of a shape
 /// or octree.
-template <typename S>
-std::unique_ptr<BodySource> sourceOf(const fcl::CollisionGeometry<S>& geometry);
+std::unique_ptr<BodySource> sourceOf(const fcl::CollisionGeometryd& geometry);
 
 }  // namespace adaptive_bvh

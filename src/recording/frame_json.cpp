@@ -63,9 +63,9 @@ json asJson(const UpdateReport& report) {
           {"displacement", report.largest_displacement}};
 }
 
-json appendClearance(const std::vector<double>& values, ClearanceBlock& last, Blob& blob) {
+json appendDistances(const std::vector<double>& values, DistanceBlock& last, Blob& blob) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  ClearanceBlock now{nullptr, blob.size(), values.size(), *low, *high};
+  DistanceBlock now{nullptr, blob.size(), values.size(), *low, *high};
   auto* const steps = blob.extend<std::uint16_t>(values.size());
   now.steps = steps;
   std::transform(values.begin(), values.end(), steps, Steps(*low, *high - *low));

@@ -12,13 +12,13 @@ namespace adaptive_bvh {
 
 using nlohmann::json;
 
-/// A clearance for each vertex in a Blob.
-struct ClearanceBlock {
+/// A distance for each vertex in a Blob.
+struct DistanceBlock {
   const std::uint16_t* steps = nullptr;  ///< in the Blob: one a vertex (see Steps)
   std::size_t begin = 0, count = 0;      ///< beginning in the Blob; number of vertices
   double low = 0, high = 0;              ///< the smallest and the largest
 
-  bool operator==(const ClearanceBlock& other) const {
+  bool operator==(const DistanceBlock& other) const {
     return count == other.count && low == other.low && high == other.high &&
            std::equal(steps, steps + count, other.steps);
   }
@@ -34,7 +34,7 @@ json asJson(const fcl::Transform3d& pose);
 json asJson(const UpdateReport& report);
 
 /// Appends values, unless they equal those of `last`, which becomes what was appended.
-json appendClearance(const std::vector<double>& values, ClearanceBlock& last, Blob& blob);
+json appendDistances(const std::vector<double>& values, DistanceBlock& last, Blob& blob);
 json appendPatches(const TrianglePatches& patches, Blob& blob);
 /// A frame with the user's results, without values that are not finite; bodies are not included.
 json resultsOf(const FrameResults& results, Blob& blob);

@@ -92,21 +92,20 @@ struct PointBlock {
 };
 
 /// Appends points, which must be finite.
-template <typename S>
-PointBlock appendPoints(const fcl::Vector3<S>* points, std::size_t count, Blob& blob) {
+inline PointBlock appendPoints(const fcl::Vector3d* points, std::size_t count, Blob& blob) {
   PointBlock block;
   block.begin = blob.size();
   block.count = count;
   auto* out = blob.extend<std::uint16_t>(3 * count);
   block.steps = out;
   if (count == 0) return block;
-  fcl::Vector3<S> low = points[0], high = points[0];
+  fcl::Vector3d low = points[0], high = points[0];
   for (std::size_t i = 1; i < count; ++i) {
     low = low.cwiseMin(points[i]);
     high = high.cwiseMax(points[i]);
   }
-  block.low = low.template cast<double>();
-  block.size = high.template cast<double>() - block.low;
+  block.low = low;
+  block.size = high - block.low;
   const Steps axes[] = {
       {block.low[0], block.size[0]}, {block.low[1], block.size[1]}, {block.low[2], block.size[2]}};
   for (std::size_t i = 0; i < count; ++i, out += 3)

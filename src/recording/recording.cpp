@@ -8,7 +8,7 @@
 #include <ostream>
 #include <system_error>
 
-#include "adaptive_bvh/write_file.h"
+#include "adaptive_bvh/detail/write_file.h"
 #include "body.h"
 #include "frame_json.h"
 
@@ -31,7 +31,7 @@ void checkPose(const std::string& call, const fcl::Transform3d& tf) {
 /// What was recorded last of a body: the values that the next frame is compared with.
 struct LastFrame {
   PointBlock positions;
-  ClearanceBlock clearance;
+  DistanceBlock vertex_distances;
   json pose;
   const VolumeRecord* volumes = nullptr;            ///< in the Blob
   std::size_t volumes_begin = 0, volume_count = 0;  ///< beginning in the Blob; number of volumes
@@ -96,13 +96,13 @@ const RecordedBody& bodyWith(int number, const char* what,
 
 // The functions check... throw std::invalid_argument if results cannot be recorded.
 
-void checkClearance(const VertexValues& clearance, const std::vector<RecordedBody>& bodies) {
-  const RecordedBody& body = bodyWith(clearance.body, "a clearance", bodies);
-  if (clearance.values.size() != static_cast<std::size_t>(body.vertices))
-    refuse("frame", std::to_string(clearance.values.size()) + " clearances given for the " +
+void checkVertexDistances(const VertexValues& distances, const std::vector<RecordedBody>& bodies) {
+  const RecordedBody& body = bodyWith(distances.body, "distances of vertices", bodies);
+  if (distances.values.size() != static_cast<std::size_t>(body.vertices))
+    refuse("frame", std::to_string(distances.values.size()) + " distances given for the " +
                         std::to_string(body.vertices) + " vertices of '" + body.name + "'");
-  for (const double value : clearance.values)
-    if (!std::isfinite(value)) refuse("frame", "a clearance is not finite");
+  for (const double value : distances.values)
+    if (!std::isfinite(value)) refuse("frame", "the distance of a vertex is not finite");
 }
 
 void checkPatches(const TrianglePatches& patches, const std::vector<RecordedBody>& bodies) {
@@ -125,7 +125,8 @@ void checkArrows(const Arrows& arrows) {
 }
 
 void checkResults(const FrameResults& results, const std::vector<RecordedBody>& bodies) {
-  for (const VertexValues& clearance : results.clearance) checkClearance(clearance, bodies);
+  for (const VertexValues& distances : results.vertex_distances)
+    checkVertexDistances(distances, bodies);
   for (const TrianglePatches& patches : results.patches) checkPatches(patches, bodies);
   for (const Arrows& arrows : results.arrows) checkArrows(arrows);
 }
@@ -213,7 +214,7 @@ std::string Recording::State::runAsJson() const {
               {"framesPerSecond", options.frames_per_second},
               {"up", asJson(options.up)},
               {"dataBytes", blob.size()}};
-  if (options.clearance_range) run["clearanceRange"] = *options.clearance_range;
+  if (options.vertex_distance_range) run["vertexDistanceRange"] = *options.vertex_distance_range;
   for (const RecordedBody& body : bodies) run["bodies"].push_back(body.description);
   std::string text = textOf(run);
   text.pop_back();  // the closing brace, to add a member
@@ -228,8 +229,8 @@ Recording::Recording(const RecordingOptions& options) : state_(std::make_unique<
   if (options.volume_depth > kMaxVolumeDepth)
     refuse("Recording", "volume_depth is at most " + std::to_string(kMaxVolumeDepth));
   if (options.deeper_refits < 0) refuse("Recording", "deeper_refits is negative");
-  for (const double end : options.clearance_range.value_or(std::array<double, 2>{}))
-    if (!std::isfinite(end)) refuse("Recording", "clearance_range is not finite");
+  for (const double end : options.vertex_distance_range.value_or(std::array<double, 2>{}))
+    if (!std::isfinite(end)) refuse("Recording", "vertex_distance_range is not finite");
   state_->options = options;
 }
 
@@ -290,8 +291,7 @@ void Recording::remove(int body) {
   state_->bodies[static_cast<std::size_t>(body)].source.reset();
 }
 
-template <typename S>
-void Recording::follow(const Scene<S>& scene, const std::function<std::string(BodyId)>& name) {
+void Recording::follow(const Scene& scene, const std::function<std::string(BodyId)>& name) {
   if (state_->read_scene) throw std::logic_error("Recording::follow: a scene is followed already");
   std::function<void(Recording&)> read_scene = [&scene, name](Recording& recording) {
     // New bodies first, because adding them may throw; then the recording must not have changed.
@@ -308,8 +308,8 @@ void Recording::follow(const Scene<S>& scene, const std::function<std::string(Bo
     const std::size_t count = run.bodies.size();
     try {
       for (NewBody& body : added)
-        numbers[body.id] = recording.add(
-            std::move(body.source), scene.transform(body.id).template cast<double>(), body.name);
+        numbers[body.id] =
+            recording.add(std::move(body.source), scene.transform(body.id), body.name);
     } catch (const std::bad_alloc&) {
       while (run.bodies.size() > count) run.bodies.pop_back();
       throw;
@@ -318,7 +318,7 @@ void Recording::follow(const Scene<S>& scene, const std::function<std::string(Bo
     for (auto entry = run.numbers.begin(); entry != run.numbers.end();) {
       const auto [id, number] = *entry;
       if (scene.contains(id)) {
-        recording.place(number, scene.transform(id).template cast<double>());
+        recording.place(number, scene.transform(id));
         ++entry;
       } else {
         run.bodies[static_cast<std::size_t>(number)].source.reset();
@@ -367,9 +367,10 @@ std::string Recording::State::textOfFrame(const FrameResults& results) {
   const auto jsonOfBody = [&frame](int body) -> json& {
     return frame["bodies"][static_cast<std::size_t>(body)];
   };
-  for (const VertexValues& clearance : results.clearance)
-    jsonOfBody(clearance.body)["clearance"] = appendClearance(
-        clearance.values, bodies[static_cast<std::size_t>(clearance.body)].last.clearance, blob);
+  for (const VertexValues& distances : results.vertex_distances)
+    jsonOfBody(distances.body)["vertexDistances"] = appendDistances(
+        distances.values, bodies[static_cast<std::size_t>(distances.body)].last.vertex_distances,
+        blob);
   for (const TrianglePatches& patches : results.patches)
     jsonOfBody(patches.body)["patches"] = appendPatches(patches, blob);
   return (frame_count > 0 ? "," : "") + textOf(frame);
@@ -387,13 +388,10 @@ void Recording::write(std::ostream& out) const {
 void Recording::write(const std::string& path) const {
   if (frames() == 0) throw std::logic_error("Recording::write: no frame was recorded");
   try {
-    writeFile(path, [this](std::ostream& out) { write(out); });
+    detail::writeFile(path, [this](std::ostream& out) { write(out); });
   } catch (const std::system_error& error) {
     throw std::runtime_error(std::string("Recording::write: ") + error.what());
   }
 }
-
-template void Recording::follow(const Scene<float>&, const std::function<std::string(BodyId)>&);
-template void Recording::follow(const Scene<double>&, const std::function<std::string(BodyId)>&);
 
 }  // namespace adaptive_bvh

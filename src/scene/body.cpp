@@ -64,19 +64,18 @@ WorldBox boxOfParts(const ConvexParts& parts) {
 
 /// The padding of a box for rounding, and for the error of the rotation, whose effect grows with
 /// the distance from the body's origin.
-double marginOf(const WorldBox& box, const fcl::Transform3d& tf, double turn_error) {
+double marginOf(const WorldBox& box, const fcl::Transform3d& tf) {
   const Vector3d middle = (box.low + box.high) / 2;
   const double far = (box.high - box.low).norm() / 2 + (middle - tf.translation()).norm();
-  return turn_error * far + 1e-12 * middle.norm();
+  return kTurnError * far + 1e-12 * middle.norm();
 }
 
 WorldBox enlarged(const WorldBox& box, double margin) {
   return {box.low.array() - margin, box.high.array() + margin};
 }
 
-template <typename S>
-ObjectKind kindOf(const fcl::CollisionGeometry<S>& geometry) {
-  if (dynamic_cast<const DeformableMesh<S>*>(&geometry)) return ObjectKind::Mesh;
+ObjectKind kindOf(const fcl::CollisionGeometryd& geometry) {
+  if (dynamic_cast<const DeformableMesh*>(&geometry)) return ObjectKind::Mesh;
   const fcl::NODE_TYPE type = geometry.getNodeType();
   if (isShape(type)) return ObjectKind::Shape;
   if (type != fcl::GEOM_OCTREE)
@@ -87,62 +86,48 @@ ObjectKind kindOf(const fcl::CollisionGeometry<S>& geometry) {
 }
 
 /// Casts a geometry, which must be a mesh.
-template <typename S>
-const DeformableMesh<S>& meshIn(const fcl::CollisionGeometry<S>& geometry) {
-  return static_cast<const DeformableMesh<S>&>(geometry);
-}
-
-template <typename S>
-QueryObject objectAt(const fcl::CollisionGeometry<S>& geometry, bool is_mesh,
-                     const fcl::Transform3d& tf) {
-  return is_mesh ? QueryObject(meshIn(geometry), tf) : QueryObject(geometry, tf);
+const DeformableMesh& meshIn(const fcl::CollisionGeometryd& geometry) {
+  return static_cast<const DeformableMesh&>(geometry);
 }
 
 /// The box around a body with a given transform; unbounded for a plane or half-space.
-WorldBox boxAround(const Body& body, const fcl::Transform3d& tf, double turn_error) {
+WorldBox boxAround(const Body& body, const fcl::Transform3d& tf) {
   const WorldBox box =
       body.isMesh() ? boxOfMesh(body.mesh(), tf) : boxOfParts(body.geometry.at(tf).parts());
-  return box.isBounded() ? enlarged(box, marginOf(box, tf, turn_error)) : box;
+  return box.isBounded() ? enlarged(box, marginOf(box, tf)) : box;
 }
 
 }  // namespace
 
-BodyGeometry::BodyGeometry(const fcl::CollisionGeometryf& geometry)
-    : kind_(kindOf(geometry)), single_(&geometry) {}
 BodyGeometry::BodyGeometry(const fcl::CollisionGeometryd& geometry)
-    : kind_(kindOf(geometry)), double_(&geometry) {}
+    : kind_(kindOf(geometry)), geometry_(&geometry) {}
 
-const MeshState& BodyGeometry::mesh() const {
-  return single_ ? stateOf(meshIn(*single_)) : stateOf(meshIn(*double_));
-}
+const MeshState& BodyGeometry::mesh() const { return stateOf(meshIn(*geometry_)); }
 QueryObject BodyGeometry::at(const fcl::Transform3d& tf) const {
-  return single_ ? objectAt(*single_, isMesh(), tf) : objectAt(*double_, isMesh(), tf);
-}
-ContactObject BodyGeometry::reported() const {
-  return single_ ? ContactObject(*single_) : ContactObject(*double_);
+  return isMesh() ? QueryObject(meshIn(*geometry_), tf) : QueryObject(*geometry_, tf);
 }
 
-WorldBox sweptBox(const Body& body, double turn_error) {
+WorldBox sweptBox(const Body& body) {
   const bool is_deformed = body.isMesh() && !body.mesh().previous.empty();
   if (!body.box.isBounded() || (!is_deformed && body.start_tf.matrix() == body.tf.matrix()))
     return body.box;
-  const WorldBox start = boxAround(body, body.start_tf, turn_error);
+  const WorldBox start = boxAround(body, body.start_tf);
   // Previous positions are near the present ones. Transforms may be off a rotation by 1e-3.
   const double change = is_deformed ? 1.01 * body.mesh().report.largest_displacement : 0;
   return aroundBoth(body.box, enlarged(start, change));
 }
 
-void updateBounds(Body& body, double turn_error) {
+void updateBounds(Body& body) {
   const std::uint64_t version = body.isMesh() ? body.mesh().version : 0;
   if (body.isMesh() && body.has_current_bounds && body.mesh_version == version) return;
   body.mesh_version = version;
   body.has_current_bounds = true;
-  body.box = boxAround(body, body.tf, turn_error);
+  body.box = boxAround(body, body.tf);
   body.middle = (body.box.low + body.box.high) / 2;
   body.radius = (body.box.high - body.box.low).norm() / 2;
   if (!body.isMesh()) return;
   body.middle = body.tf * body.mesh().bounds.aabb_center;
-  body.radius = body.mesh().bounds.aabb_radius + marginOf(body.box, body.tf, turn_error);
+  body.radius = body.mesh().bounds.aabb_radius + marginOf(body.box, body.tf);
 }
 
 }  // namespace adaptive_bvh

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 
 #include "adaptive_bvh/scene.h"
 #include "dispatch/query_object.h"
-#include "query/single_precision.h"
 
 // The bodies of a scene, and the boxes and spheres around them.
 namespace adaptive_bvh {
@@ -27,37 +27,35 @@ inline WorldBox aroundBoth(const WorldBox& a, const WorldBox& b) {
   return {a.low.cwiseMin(b.low), a.high.cwiseMax(b.high)};
 }
 
+/// How far a matrix that requireRigid accepts may be from a rotation, plus rounding.
+constexpr double kTurnError = 2e-6;
+
 /// Half the sides of the axis-aligned box around a rotated box, given half the sides of that.
 inline fcl::Vector3d rotatedHalf(const fcl::Matrix3d& rotation, const fcl::Vector3d& half) {
   return rotation.cwiseAbs() * half;
 }
 
-/// Refers to the caller's mesh, shape or octree; reads either number type in double precision.
+/// Refers to the caller's mesh, shape or octree.
 class BodyGeometry {
  public:
   /// Throws std::invalid_argument if the geometry is none of these.
-  explicit BodyGeometry(const fcl::CollisionGeometryf& geometry);
   explicit BodyGeometry(const fcl::CollisionGeometryd& geometry);
 
   ObjectKind kind() const { return kind_; }
   bool isMesh() const { return kind_ == ObjectKind::Mesh; }
   const MeshState& mesh() const;                     ///< for meshes only
   QueryObject at(const fcl::Transform3d& tf) const;  ///< the geometry in a pose
-  /// The object to which contacts point.
-  ContactObject reported() const;
-  /// The largest sine that rounding of transforms produces for parallel directions.
-  double parallel() const { return single_ ? kParallelIn<float> : kParallelIn<double>; }
+  const fcl::CollisionGeometryd& given() const { return *geometry_; }
 
  private:
   ObjectKind kind_;
-  const fcl::CollisionGeometryf* single_ = nullptr;
-  const fcl::CollisionGeometryd* double_ = nullptr;
+  const fcl::CollisionGeometryd* geometry_;
 };
 
 /// A distance that was found: the answer while nothing changes (SceneState::epoch), and later a
 /// witness, the bodies and elements where the next search starts.
 struct KeptDistance {
-  SceneDistance<double> found = {};
+  SceneDistance found = {};
   std::uint64_t epoch = 0;  ///< when it was the answer
 };
 
@@ -67,6 +65,8 @@ struct Body {
   BodyGeometry geometry;
   BodyOptions options;
   fcl::Transform3d tf;
+  /// Null if the scene only refers to the geometry.
+  std::shared_ptr<const fcl::CollisionGeometryd> owned = {};
   fcl::Transform3d start_tf = tf;  ///< pose at the start of the step
 
   // State of the last update.
@@ -87,12 +87,12 @@ struct Body {
 };
 
 /// The box around the motion of a body in the step, in which each point moves on a straight line;
-/// unbounded for a plane or half-space. `turn_error`: SceneState::turnError.
-WorldBox sweptBox(const Body& body, double turn_error);
+/// unbounded for a plane or half-space.
+WorldBox sweptBox(const Body& body);
 
 /// Computes the box and the bounding sphere of a body. Skips a mesh if neither it nor its transform
 /// has changed; shapes and octrees have no version, so their bounds are always computed. The box of
 /// a plane or half-space is unbounded.
-void updateBounds(Body& body, double turn_error);
+void updateBounds(Body& body);
 
 }  // namespace adaptive_bvh

@@ -10,7 +10,6 @@
 #include "base/task_pool.h"
 #include "query/contacts/contacts.h"
 #include "query/pair_filter.h"
-#include "query/single_precision.h"
 #include "query/within/kept_pairs.h"
 #include "query/within/near_pairs.h"
 #include "scene/scene_state.h"
@@ -20,21 +19,17 @@ namespace adaptive_bvh {
 namespace {
 
 /// Throws std::invalid_argument if a request is not as ContactSetRequest says.
-template <typename S>
-std::shared_ptr<const KeptRequest> checked(const ContactSetRequest<S>& request, bool has_self) {
+std::shared_ptr<const KeptRequest> checked(const ContactSetRequest& request, bool has_self) {
   requireDistance(request.distance);
-  if (request.filter == NeighbourFilter::BeyondShared)
+  if (request.ignored.neighbours == NeighbourFilter::BeyondShared)
     throw std::invalid_argument(
         "adaptive_bvh: a ContactSet has no filter BeyondShared: neighbours are at the distance 0");
-  requireSorted(request.vertex_face);
-  requireSorted(request.face_vertex);
-  for (const IgnoredPairs* pairs : {&request.triangles, &request.edge_edge})
-    has_self ? requireSortedOfSelf(*pairs) : requireSorted(*pairs);
+  requireSorted(request.ignored, has_self);
   return std::make_shared<const KeptRequest>(request);
 }
 
 /// The direction from one point to another; that of the contact of two triangles that touch.
-fcl::Vector3d normalBetween(const TrianglePoints<double>& a, const TrianglePoints<double>& b,
+fcl::Vector3d normalBetween(const TrianglePoints& a, const TrianglePoints& b,
                             const TriangleGap& gap) {
   if (!(gap.distance > 0)) return contactOf(a, b).normal;
   const fcl::Vector3d between = gap.points.second - gap.points.first;
@@ -43,9 +38,9 @@ fcl::Vector3d normalBetween(const TrianglePoints<double>& a, const TrianglePoint
 }
 
 void addDetail(const KeptMeshes& meshes, const fcl::Transform3d& tf, const FeaturePair& pair,
-               FeatureDetails<double>& result) {
-  const TrianglePoints<double> p = meshes.first.pointsOf(pair.first);
-  TrianglePoints<double> q = meshes.second.pointsOf(pair.second);
+               FeatureDetails& result) {
+  const TrianglePoints p = meshes.first.pointsOf(pair.first);
+  TrianglePoints q = meshes.second.pointsOf(pair.second);
   if (!meshes.is_self)
     for (fcl::Vector3d& x : q) x = meshes.to_first(x);
   const TriangleGap gap = gapOf(p, q);
@@ -54,7 +49,7 @@ void addDetail(const KeptMeshes& meshes, const fcl::Transform3d& tf, const Featu
   result.normals.push_back(tf.linear() * normalBetween(p, q, gap));
 }
 
-void appendDetails(const FeatureDetails<double>& from, FeatureDetails<double>& to) {
+void appendDetails(const FeatureDetails& from, FeatureDetails& to) {
   const auto appendTo = [](const auto& values, auto& all) {
     all.insert(all.end(), values.begin(), values.end());
   };
@@ -70,14 +65,12 @@ auto& ofKind(OfKinds& all, FeatureKind kind) {
          : kind == FeatureKind::FaceVertex ? all.face_vertex
                                            : all.edge_edge;
 }
-void narrowTo(const FeatureDetails<double>& from, FeatureDetails<double>& to) { to = from; }
-void narrowTo(const FeatureDetails<double>& from, FeatureDetails<float>& to) { narrow(from, to); }
 
 /// Adds the contacts of pairs of triangles that touch.
 void addTouching(const KeptMeshes& meshes, const fcl::Transform3d& tf,
                  const fcl::CollisionGeometryd& o1, const fcl::CollisionGeometryd& o2,
-                 const FeaturePair* pairs, std::size_t count, const CollisionQuery<double>& query) {
-  const PlacedTriangles<double> first{&o1, meshes.first.mesh.view(), tf},
+                 const FeaturePair* pairs, std::size_t count, const CollisionQuery& query) {
+  const PlacedTriangles first{&o1, meshes.first.mesh.view(), tf},
       second{&o2, meshes.second.mesh.view(), meshes.is_self ? tf : meshes.second.tf};
   for (std::size_t i = 0; i < count && !query.isSatisfied(); ++i)
     addContactsOf(first, second, meshes.to_first, int(pairs[i].first), int(pairs[i].second), false,
@@ -86,8 +79,7 @@ void addTouching(const KeptMeshes& meshes, const fcl::Transform3d& tf,
 
 }  // namespace
 
-template <typename S>
-struct ContactSet<S>::State {
+struct ContactSet::State {
   /// The pairs of two bodies, or of one with itself, and the last update of the set in which the
   /// bodies were near.
   struct OfBodies {
@@ -95,20 +87,22 @@ struct ContactSet<S>::State {
     std::uint64_t update = 0;
   };
 
-  State(const DeformableMesh<S>* one, const DeformableMesh<S>* other, const Scene<S>* of_scene,
-        const ContactSetRequest<S>& request_given)
+  State(const DeformableMesh* one, const DeformableMesh* other, const Scene* of_scene,
+        const ContactSetRequest& request_given)
       : first(one),
         second(other),
         scene(of_scene),
         request(checked(request_given, !second)),
         numbers(scene != nullptr) {
-    if (scene && request->filter != NeighbourFilter::SharedVertex)
+    const Ignored& ignored = request->ignored;
+    if (scene && (ignored.neighbours != NeighbourFilter::SharedVertex || ignored.surface))
       throw std::invalid_argument(
-          "adaptive_bvh: a ContactSet of a Scene has the filter SharedVertex only");
+          "adaptive_bvh: a ContactSet of a Scene ignores the neighbours SharedVertex only");
+    if (first && !second) surfaceOf(ignored, stateOf(*first));  // refuses those of another mesh
   }
 
-  const DeformableMesh<S>*first, *second;  ///< null for a scene; `second` for one mesh, too
-  const Scene<S>* scene;
+  const DeformableMesh *first, *second;  ///< null for a scene; `second` for one mesh, too
+  const Scene* scene;
   Transform tf1 = Transform::Identity(), tf2 = Transform::Identity();
   std::shared_ptr<const KeptRequest> request;
   PairNumbers numbers;
@@ -129,7 +123,7 @@ struct ContactSet<S>::State {
   }
 
   void updateScene();
-  const SceneState& bodies() const { return detail::SceneAccess<S>::state(*scene); }
+  const SceneState& bodies() const { return detail::SceneAccess::state(*scene); }
 
   /// The meshes of a pair; `pair`: of the scene.
   KeptMeshes meshesOf(const BodyPair& pair) const {
@@ -170,8 +164,7 @@ struct ContactSet<S>::State {
 };
 
 /// Prepares all pairs of bodies, on several threads; then changes the numbers, in their order.
-template <typename S>
-void ContactSet<S>::State::updateScene() {
+void ContactSet::State::updateScene() {
   const SceneState& state = bodies();
   state.requireCurrent();
   if (scene_version == state.version && scene_version != 0) return numbers.begin({});
@@ -219,38 +212,25 @@ void ContactSet<S>::State::updateScene() {
   scene_version = state.version;
 }
 
-template <typename S>
-ContactSet<S>::ContactSet(const DeformableMesh<S>& mesh, const ContactSetRequest<S>& request)
+ContactSet::ContactSet(const DeformableMesh& mesh, const ContactSetRequest& request)
     : state_(std::make_unique<State>(&mesh, nullptr, nullptr, request)) {}
-template <typename S>
-ContactSet<S>::ContactSet(const DeformableMesh<S>& first, const DeformableMesh<S>& second,
-                          const ContactSetRequest<S>& request)
+ContactSet::ContactSet(const DeformableMesh& first, const DeformableMesh& second,
+                       const ContactSetRequest& request)
     : state_(std::make_unique<State>(&first, &second, nullptr, request)) {}
-template <typename S>
-ContactSet<S>::ContactSet(const Scene<S>& scene, const ContactSetRequest<S>& request)
+ContactSet::ContactSet(const Scene& scene, const ContactSetRequest& request)
     : state_(std::make_unique<State>(nullptr, nullptr, &scene, request)) {}
-template <typename S>
-ContactSet<S>::~ContactSet() = default;
-template <typename S>
-ContactSet<S>::ContactSet(ContactSet&&) noexcept = default;
-template <typename S>
-ContactSet<S>& ContactSet<S>::operator=(ContactSet&&) noexcept = default;
-template <typename S>
-ContactSet<S>::ContactSet(const ContactSet& other)
-    : state_(std::make_unique<State>(*other.state_)) {}
-template <typename S>
-ContactSet<S>& ContactSet<S>::operator=(const ContactSet& other) {
-  return *this = ContactSet(other);
-}
+ContactSet::~ContactSet() = default;
+ContactSet::ContactSet(ContactSet&&) noexcept = default;
+ContactSet& ContactSet::operator=(ContactSet&&) noexcept = default;
+ContactSet::ContactSet(const ContactSet& other) : state_(std::make_unique<State>(*other.state_)) {}
+ContactSet& ContactSet::operator=(const ContactSet& other) { return *this = ContactSet(other); }
 
-template <typename S>
-std::size_t ContactSet<S>::update() {
+std::size_t ContactSet::update() {
   state_->scene ? state_->updateScene() : state_->updateMeshes(state_->tf1, state_->tf2);
   return size();
 }
 
-template <typename S>
-std::size_t ContactSet<S>::update(const Transform& tf1, const Transform& tf2) {
+std::size_t ContactSet::update(const Transform& tf1, const Transform& tf2) {
   if (!state_->second)
     throw std::logic_error("adaptive_bvh: only a ContactSet of two meshes takes transforms");
   requireRigid(tf1);
@@ -259,25 +239,23 @@ std::size_t ContactSet<S>::update(const Transform& tf1, const Transform& tf2) {
   return size();
 }
 
-template <typename S>
-const NumberedPairs& ContactSet<S>::triangles() const {
+const NumberedPairs& ContactSet::triangles() const {
   static const NumberedPairs none;
   return state_->request->has_features ? none : state_->numbers[0];
 }
-template <typename S>
-const NumberedPairs& ContactSet<S>::features(FeatureKind kind) const {
+
+const NumberedPairs& ContactSet::features(FeatureKind kind) const {
   static const NumberedPairs none;
   return state_->request->has_features ? state_->numbers[unsigned(kind)] : none;
 }
-template <typename S>
-std::size_t ContactSet<S>::size() const {
+
+std::size_t ContactSet::size() const {
   std::size_t count = 0;
   for (unsigned kind = 0; kind < 3; ++kind) count += state_->numbers[kind].count;
   return count;
 }
 
-template <typename S>
-void ContactSet<S>::compact(Renumbering& moved) {
+void ContactSet::compact(Renumbering& moved) {
   std::array<std::vector<unsigned>, 3> kinds;
   state_->numbers.compact(kinds);
   state_->pairs.renumber(kinds);
@@ -288,75 +266,59 @@ void ContactSet<S>::compact(Renumbering& moved) {
   moved.edge_edge = std::move(kinds[2]);
 }
 
-template <typename S>
-void ContactSet<S>::details(const std::vector<unsigned>& numbers, FeatureDetails<S>& result) const {
+void ContactSet::details(const std::vector<unsigned>& numbers, FeatureDetails& result) const {
   if (state_->request->has_features && !numbers.empty())
     throw std::invalid_argument("adaptive_bvh: a ContactSet of features has no triangles");
-  const Leased<FeaturePairDetails<double>> found;
-  FeatureDetails<double>& all = found->vertex_face;
-  all.resize(0);
+  result.resize(0);
   state_->forEachMeshes(0, numbers,
                         [&](const KeptMeshes& meshes, const fcl::Transform3d& tf, const BodyPair&,
                             const std::vector<FeaturePair>& pairs) {
-                          for (const FeaturePair& pair : pairs) addDetail(meshes, tf, pair, all);
+                          for (const FeaturePair& pair : pairs) addDetail(meshes, tf, pair, result);
                         });
-  narrowTo(all, result);
 }
 
-template <typename S>
-void ContactSet<S>::details(FeatureKind kind, const std::vector<unsigned>& numbers,
-                            FeatureDetails<S>& result) const {
+void ContactSet::details(FeatureKind kind, const std::vector<unsigned>& numbers,
+                         FeatureDetails& result) const {
   if (!state_->request->has_features && !numbers.empty())
     throw std::invalid_argument("adaptive_bvh: a ContactSet of triangles has no features");
-  const Leased<std::array<FeaturePairDetails<double>, 2>> found;
+  const Leased<FeaturePairDetails> found;
   const Leased<FeaturePairs> asked;
-  FeatureDetails<double>& all = (*found)[0].vertex_face;
-  all.resize(0);
+  result.resize(0);
   state_->forEachMeshes(unsigned(kind), numbers,
                         [&](const KeptMeshes& meshes, const fcl::Transform3d& tf, const BodyPair&,
                             const std::vector<FeaturePair>& pairs) {
                           asked->clear();
-                          FeaturePairDetails<double>& details = (*found)[1];
                           ofKind(*asked, kind) = pairs;
                           findFeatureDetails({meshes.first.mesh, tf}, meshes.second.mesh,
-                                             meshes.to_first, *asked, details);
-                          appendDetails(ofKind(details, kind), all);
+                                             meshes.to_first, *asked, *found);
+                          appendDetails(ofKind(*found, kind), result);
                         });
-  narrowTo(all, result);
 }
 
-template <typename S>
-std::size_t ContactSet<S>::contacts(const fcl::CollisionRequest<S>& request,
-                                    fcl::CollisionResult<S>& result) const {
+std::size_t ContactSet::contacts(const fcl::CollisionRequestd& request,
+                                 fcl::CollisionResultd& result) const {
   if (state_->request->has_features)
     throw std::logic_error("adaptive_bvh: a ContactSet of features has no contacts of triangles");
-  const CollisionQuery<S> user_query{request, result};
-  if (request.num_max_contacts == 0 || user_query.isSatisfied()) return result.numContacts();
+  const CollisionQuery query{request, result};
+  if (request.num_max_contacts == 0 || query.isSatisfied()) return result.numContacts();
   const Leased<std::vector<unsigned>> all;
   state_->numbers[0].list(*all);
-  state_->forEachMeshes(
-      0, *all,
-      [&](const KeptMeshes& meshes, const fcl::Transform3d& tf, const BodyPair& bodies,
-          const std::vector<FeaturePair>& pairs) {
-        const fcl::CollisionGeometry<S>*o1 = state_->first, *o2 = state_->second;
-        if (state_->scene) {
-          o1 = &state_->scene->geometry(bodies.first);
-          o2 = &state_->scene->geometry(bodies.second);
-        } else if (!o2) {
-          o2 = o1;
-        }
-        answerInDouble(
-            user_query, o1, o2,
-            [&](const fcl::CollisionGeometryd& first, const fcl::CollisionGeometryd& second,
-                const CollisionQuery<double>& query) {
-              addTouching(meshes, tf, first, second, pairs.data(), pairs.size(), query);
-            });
-      });
+  state_->forEachMeshes(0, *all,
+                        [&](const KeptMeshes& meshes, const fcl::Transform3d& tf,
+                            const BodyPair& bodies, const std::vector<FeaturePair>& pairs) {
+                          const fcl::CollisionGeometryd *o1 = state_->first, *o2 = state_->second;
+                          if (state_->scene) {
+                            o1 = &state_->scene->geometry(bodies.first);
+                            o2 = &state_->scene->geometry(bodies.second);
+                          } else if (!o2) {
+                            o2 = o1;
+                          }
+                          addTouching(meshes, tf, *o1, *o2, pairs.data(), pairs.size(), query);
+                        });
   return result.numContacts();
 }
 
-template <typename S>
-ContactSetWork ContactSet<S>::work() const {
+ContactSetWork ContactSet::work() const {
   ContactSetWork work;
   const auto add = [&](const KeptPairs& pairs) {
     work.candidates += pairs.numCandidates();
@@ -367,8 +329,5 @@ ContactSetWork ContactSet<S>::work() const {
   for (const auto& entry : state_->of_bodies) add(entry.second.pairs);
   return work;
 }
-
-template class ContactSet<float>;
-template class ContactSet<double>;
 
 }  // namespace adaptive_bvh

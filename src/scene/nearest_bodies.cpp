@@ -10,16 +10,20 @@
 #include "query/depth/depth_meshes.h"
 #include "query/nearest/nearest_search.h"
 #include "query/within/near_pairs.h"
-#include "scene/scene_results.h"
 #include "scene/scene_state.h"
 
 namespace adaptive_bvh {
 namespace {
 
+/// The order of Scene::nearest: by distance, then by the other body's id.
+bool isNearerBody(const SceneDistance& a, const SceneDistance& b) {
+  return a.distance != b.distance ? a.distance < b.distance : a.bodies.second < b.bodies.second;
+}
+
 /// Lowers query.result to the distance of two bodies. `witness`: triangles that may be near, or -1.
 /// Returns whether the result has the bodies in reverse order.
 bool lowerDistance(const Body& a, const Body& b, const std::array<int, 2>& witness,
-                   const DistanceQuery<double>& query) {
+                   const DistanceQuery& query) {
   if (a.isMesh() && b.isMesh()) {
     const PlacedMesh first(a.placedMesh()), second(b.placedMesh());
     NearestPair nearest(first, second, query);
@@ -34,15 +38,14 @@ bool lowerDistance(const Body& a, const Body& b, const std::array<int, 2>& witne
 }
 
 /// Reverses the order of the bodies.
-void swapBodies(SceneDistance<double>& distance) {
+void swapBodies(SceneDistance& distance) {
   std::swap(distance.bodies.first, distance.bodies.second);
   std::swap(distance.points[0], distance.points[1]);
   std::swap(distance.elements[0], distance.elements[1]);
 }
 
 /// Sets `best` to the distance of two bodies if it is smaller; returns whether it is.
-bool improve(const Body& a, const Body& b, const std::array<int, 2>& witness,
-             SceneDistance<double>& best) {
+bool improve(const Body& a, const Body& b, const std::array<int, 2>& witness, SceneDistance& best) {
   const fcl::DistanceRequestd request(true);
   fcl::DistanceResultd result(best.distance);
   const bool is_swapped = lowerDistance(a, b, witness, {request, result});
@@ -119,8 +122,7 @@ void SceneState::nearest(BodyId body, std::size_t k, std::vector<Distance>& resu
     if (&other != &first && admits(first, other) && improve(first, other, {-1, -1}, found) &&
         (!is_full || isNearerBody(found, result.back()))) {
       if (is_full) result.pop_back();
-      result.insert(std::upper_bound(result.begin(), result.end(), found, isNearerBody<double>),
-                    found);
+      result.insert(std::upper_bound(result.begin(), result.end(), found, isNearerBody), found);
     }
     return result.size() == k ? slack(result.back().distance) : kFar;
   };
@@ -173,25 +175,17 @@ bool isInside(const Body& inner, const Body& around) {
   return object.kind() == ObjectKind::Shape && isContained(object.solid(), solid);
 }
 
-/// Whether the distance of two bodies, rounded to S, is at most `distance`.
-template <typename S>
-bool isRoundedAtMost(const Body& a, const Body& b, S distance) {
-  const S above = std::nextafter(distance, std::numeric_limits<S>::infinity());
-  SceneDistance<double> found;
-  found.distance = static_cast<double>(above);
-  return improve(a, b, {-1, -1}, found) && distanceAs<S>(found.distance) < above;
-}
-
 /// Whether two bodies are at most `distance` apart. Meshes are surfaces here, even if solid.
-bool areNearer(const Body& a, const Body& b, double distance, bool single) {
-  if (b.isMesh() && !a.isMesh()) return areNearer(b, a, distance, single);
+bool areNearer(const Body& a, const Body& b, double distance) {
+  if (b.isMesh() && !a.isMesh()) return areNearer(b, a, distance);
   if (b.isMesh()) return isNearer({a.placedMesh(), b.placedMesh()}, distance);
   if (a.isMesh() && b.geometry.kind() == ObjectKind::Shape) {
     const QueryObject shape(b.object());
     return isNearer(a.placedMesh(), shape.solid(), shape.parts().shape().core(), distance);
   }
-  return single ? isRoundedAtMost(a, b, static_cast<float>(distance))
-                : isRoundedAtMost(a, b, distance);
+  SceneDistance found;
+  found.distance = std::nextafter(distance, std::numeric_limits<double>::infinity());
+  return improve(a, b, {-1, -1}, found);
 }
 
 }  // namespace
@@ -202,7 +196,7 @@ bool SceneState::isNearer(double distance) const {
   findPairs(distance, 0, *pairs);
   for (const BodyPair& pair : *pairs) {
     const Body &a = bodies[pair.first], &b = bodies[pair.second];
-    if (areNearer(a, b, distance, single) || isInside(a, b) || isInside(b, a)) return true;
+    if (areNearer(a, b, distance) || isInside(a, b) || isInside(b, a)) return true;
   }
   return false;
 }

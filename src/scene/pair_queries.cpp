@@ -21,13 +21,14 @@ using ContactList = std::vector<fcl::Contactd>;
 
 // The vectors of a result. Vectors that were not requested are empty.
 auto vectorsOf(ContactList& contacts) { return std::tie(contacts); }
-auto vectorsOf(TrianglePairs<double>& pairs) {
+auto vectorsOf(TrianglePairs& pairs) {
   return std::tie(pairs.triangles, pairs.distances, pairs.nearest_points);
 }
 auto vectorsOf(FeaturePairs& pairs) {
   return std::tie(pairs.vertex_face, pairs.face_vertex, pairs.edge_edge);
 }
-auto vectorsOf(VertexContacts<double>& c) {
+
+auto vectorsOf(VertexContacts& c) {
   return std::tie(c.vertices, c.distances, c.positions, c.nearest_points, c.normals, c.triangles,
                   c.barycentric, c.areas);
 }
@@ -101,45 +102,35 @@ void queryPairs(int threads, const std::vector<BodyPair>& pairs, const Query& qu
   }
 }
 
-/// A body of a query for contacts, and the object to which contacts point.
-struct CollidingBody {
-  explicit CollidingBody(const Body& b) : body(b), object(b.geometry.reported()) {}
-
-  const Body& body;
-  const ContactObject object;
-};
-
-/// Returns a contact with `first` as its first body, and without pointers to objects.
-fcl::Contactd inOrder(fcl::Contactd contact, const CollidingBody& first) {
-  if (contact.o1 != &first.object) {
-    std::swap(contact.b1, contact.b2);
-    contact.normal = -contact.normal;
-  }
-  contact.o1 = contact.o2 = nullptr;
+/// Returns a contact with the bodies exchanged.
+fcl::Contactd reversed(fcl::Contactd contact) {
+  std::swap(contact.o1, contact.o2);
+  std::swap(contact.b1, contact.b2);
+  contact.normal = -contact.normal;
   return contact;
 }
 
 /// Adds the contacts of a body inside another one, which is solid. The surfaces must not touch.
-void addInside(const CollidingBody& a, const QueryObject& first, const CollidingBody& b,
-               const QueryObject& second, const CollisionQuery<double>& query) {
-  if (b.body.options.solid && first.kind() == ObjectKind::Mesh && !query.isSatisfied())
-    addContained(first.mesh(), second.mesh(), false, a.object, b.object, query);
-  if (!a.body.options.solid || query.isSatisfied()) return;
+void addInside(const Body& a, const QueryObject& first, const Body& b, const QueryObject& second,
+               const CollisionQuery& query) {
+  if (b.options.solid && first.kind() == ObjectKind::Mesh && !query.isSatisfied())
+    addContained(first.mesh(), second.mesh(), false, a.geometry.given(), b.geometry.given(), query);
+  if (!a.options.solid || query.isSatisfied()) return;
   if (second.kind() == ObjectKind::Mesh)
-    addContained(second.mesh(), first.mesh(), true, a.object, b.object, query);
+    addContained(second.mesh(), first.mesh(), true, a.geometry.given(), b.geometry.given(), query);
   if (second.kind() == ObjectKind::Shape)
-    addContained(second.solid(), first.mesh(), a.object, b.object, query);
+    addContained(second.solid(), first.mesh(), a.geometry.given(), b.geometry.given(), query);
 }
 
-/// Adds the contacts of two bodies.
-void collideBodies(const CollidingBody& a, const CollidingBody& b,
-                   const CollisionQuery<double>& query) {
-  const QueryObject first(a.body.object()), second(b.body.object());
+/// Adds the contacts of two bodies. Returns whether contacts have the bodies in reverse order.
+bool collideBodies(const Body& a, const Body& b, const CollisionQuery& query) {
+  const QueryObject first(a.object()), second(b.object());
   const PairSearch& pair = searchOf(first.kind(), second.kind());
-  if (pair.is_swapped) return collideBodies(b, a, query);
-  pair.collide(first, second, a.object, b.object, query);
+  if (pair.is_swapped) return !collideBodies(b, a, query);
+  pair.collide(first, second, a.geometry.given(), b.geometry.given(), query);
   if (!query.result.isCollision()) addInside(a, first, b, second, query);
   if (!query.request.enable_contact) unsetFields(query.result, 0);
+  return false;
 }
 
 /// Whether two bodies, or a mesh and itself, touch. Appends their contacts to `found`.
@@ -150,15 +141,15 @@ bool collidePair(const Body& a, const Body& b, const SceneCollisionRequest& requ
   const Leased<fcl::CollisionResultd> leased;
   fcl::CollisionResultd& result = *leased;
   result.clear();
-  const CollidingBody first(a), second(b);
+  bool is_reversed = false;
   if (&a == &b) {
     const PlacedMesh mesh(a.placedMesh());
-    collideWithItself({first.object, mesh}, NeighbourFilter::SharedVertex, {}, {limited, result});
+    collideWithItself({a.geometry.given(), mesh}, Ignored(), {limited, result});
   } else {
-    collideBodies(first, second, {limited, result});
+    is_reversed = collideBodies(a, b, {limited, result});
   }
   for (std::size_t i = 0; i < result.numContacts() && i < request.contacts_per_pair; ++i)
-    found.push_back(inOrder(result.getContact(i), first));
+    found.push_back(is_reversed ? reversed(result.getContact(i)) : result.getContact(i));
   return result.isCollision();
 }
 
@@ -173,9 +164,9 @@ std::array<std::size_t, 3> offsetOf(const Mark& mark, const std::array<std::size
 template <typename Query, typename Result, typename Data>
 void collect(const std::vector<Body>& bodies, int threads, const std::vector<BodyPair>& pairs,
              const Query& query, Result& result, Data& found, bool first_only = false) {
-  using Offset = typename decltype(result.offsets)::value_type;
+  using Offset = typename decltype(result.begins)::value_type;
   result.pairs.clear();
-  result.offsets.assign(1, Offset());
+  result.begins.assign(1, Offset());
   found.clear();
   queryPairs(
       first_only ? 1 : threads, pairs,
@@ -185,7 +176,7 @@ void collect(const std::vector<Body>& bodies, int threads, const std::vector<Bod
       found,
       [&](const BodyPair& pair, const Mark& mark) {
         result.pairs.push_back({bodies[pair.first].id, bodies[pair.second].id});
-        result.offsets.push_back(offsetOf(mark, static_cast<const Offset*>(nullptr)));
+        result.begins.push_back(offsetOf(mark, static_cast<const Offset*>(nullptr)));
         return !first_only;
       });
 }
@@ -209,8 +200,7 @@ void collectFound(const std::vector<Body>& bodies, int threads, const std::vecto
 
 }  // namespace
 
-void SceneState::collisions(const SceneCollisionRequest& request,
-                            SceneCollisions<double>& result) const {
+void SceneState::collide(const SceneCollisionRequest& request, SceneCollisions& result) const {
   requireCurrent();
   const Leased<std::vector<BodyPair>> pairs;
   findPairs(0, 0, *pairs);
@@ -223,15 +213,14 @@ void SceneState::collisions(const SceneCollisionRequest& request,
       result, result.contacts, request.first_only);
 }
 
-void SceneState::pairsWithin(const ProximityRequest<double>& request,
-                             SceneTrianglePairs<double>& result) const {
+void SceneState::pairsWithin(const ProximityRequest& request, SceneTrianglePairs& result) const {
   requireCurrent();
   const Leased<std::vector<BodyPair>> pairs;
   findPairs(request.distance, 2, *pairs);
   addSelfPairs(*pairs);
-  const auto query = [&](const Body& a, const Body& b, TrianglePairs<double>& near) {
+  const auto query = [&](const Body& a, const Body& b, TrianglePairs& near) {
     if (&a != &b) return findPairsWithin({a.placedMesh(), b.placedMesh()}, request, near);
-    findPairsWithin(a.inBodyFrame(), request, NeighbourFilter::SharedVertex, near);
+    findPairsWithin(a.inBodyFrame(), request, near);
     for (auto& points : near.nearest_points)
       for (fcl::Vector3d& x : points) x = a.tf * x;
   };
@@ -243,7 +232,7 @@ void SceneState::featurePairsWithin(double distance, SceneFeaturePairs& result) 
   const Leased<std::vector<BodyPair>> pairs;
   findPairs(distance, 2, *pairs);
   addSelfPairs(*pairs);
-  FeatureProximityRequest<double> request;
+  FeatureProximityRequest request;
   request.distance = distance;
   const auto query = [&](const Body& a, const Body& b, FeaturePairs& near) {
     if (&a == &b)
@@ -254,7 +243,7 @@ void SceneState::featurePairsWithin(double distance, SceneFeaturePairs& result) 
   collectFound(bodies, threads, *pairs, query, result);
 }
 
-void SceneState::vertexContacts(double margin, SceneVertexContacts<double>& result) const {
+void SceneState::vertexContacts(double margin, SceneVertexContacts& result) const {
   requireCurrent();
   const Leased<std::vector<BodyPair>> leased;
   std::vector<BodyPair>& pairs = *leased;
@@ -262,7 +251,7 @@ void SceneState::vertexContacts(double margin, SceneVertexContacts<double>& resu
   for (std::size_t i = 0, count = pairs.size(); i < count; ++i)
     pairs.push_back({pairs[i].second, pairs[i].first});
   std::sort(pairs.begin(), pairs.end());
-  const auto query = [&](const Body& a, const Body& b, VertexContacts<double>& near) {
+  const auto query = [&](const Body& a, const Body& b, VertexContacts& near) {
     if (!a.isMesh() || b.geometry.kind() == ObjectKind::Octree) return;
     if (!b.isMesh())
       findVertexContacts(a.placedMesh(), b.object().parts().shape(), b.tf, margin, near);

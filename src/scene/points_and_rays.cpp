@@ -13,7 +13,7 @@ namespace {
 constexpr double kCellRounding = 1e-12;
 
 /// Sets `best` to the nearest point of a mesh if it is nearer.
-void improve(const Body& body, const fcl::Vector3d& x, ScenePoint<double>& best) {
+void improve(const Body& body, const fcl::Vector3d& x, ScenePoint& best) {
   PointSearch::Nearest nearest;
   nearest.distance = best.distance;
   const fcl::Vector3d in_body = body.tf.linear().transpose() * (x - body.tf.translation());
@@ -23,7 +23,7 @@ void improve(const Body& body, const fcl::Vector3d& x, ScenePoint<double>& best)
 }
 
 /// Sets `best` to the nearest point of a shape or of an octree's cells if it is nearer.
-void improveByParts(const Body& body, const fcl::Vector3d& x, ScenePoint<double>& best) {
+void improveByParts(const Body& body, const fcl::Vector3d& x, ScenePoint& best) {
   const auto bound = [&](const CellBall& ball) {
     const double rounding = kCellRounding * (x.norm() + ball.middle.norm());
     return (ball.middle - x).norm() - ball.radius - rounding;
@@ -44,15 +44,12 @@ void improveByParts(const Body& body, const fcl::Vector3d& x, ScenePoint<double>
 /// A ray in the world, and its first hit with the bodies tested so far.
 class SceneRay {
  public:
-  SceneRay(const Line& line, const RayRange<double>& range, bool single)
-      : line_(line), range_(range), single_(single) {
-    best_.hit = {kNone, -1, 0, 0};
-  }
+  SceneRay(const Line& line, const RayRange& range) : line_(line), range_(range) {}
 
   const Line& line() const { return line_; }
-  const SceneRayHit<double>& best() const { return best_; }
+  const SceneRayHit& best() const { return best_; }
   /// The t beyond which hits do not matter.
-  double end() const { return std::min(best_.hit.t, range_.end); }
+  double end() const { return std::min(best_.t, range_.end); }
 
   void test(const Body& body) { body.isMesh() ? testMesh(body) : testParts(body); }
 
@@ -62,9 +59,9 @@ class SceneRay {
     const fcl::Vector3d origin = to_body * (line_.origin - body.tf.translation()),
                         direction = to_body * line_.direction;
     requireRay(origin, direction);
-    RayHit<double> first = {kNone, -1, 0, 0};
+    RayHit first = {kNone, -1, 0, 0};
     const auto keepFirst = [&](int triangle, const RayTriangle::Hit& hit) -> double {
-      const double t = rounded(hit.t);
+      const double t = hit.t;
       if (isInRange(t) && (t < first.t || (t == first.t && triangle < first.triangle)))
         first = {t, triangle, hit.u, hit.v};
       return std::min(first.t, end());
@@ -94,33 +91,29 @@ class SceneRay {
         {to_shape * (line_.origin - placed.tf.translation()), to_shape * line_.direction});
     if (found.isEmpty()) return kNone;
     for (const double end : {found.enter, found.leave})
-      if (const double t = rounded(end); isInRange(t)) return t + 0.;  // not -0
+      if (isInRange(end)) return end + 0.;  // not -0
     return kNone;
-  }
-  /// Rounds t as in the result, so that hits with equal results are ordered by body and triangle.
-  double rounded(double t) const {
-    return single_ ? static_cast<double>(static_cast<float>(t)) : t;
   }
   bool isInRange(double t) const { return t >= range_.begin && t <= range_.end && t < kNone; }
   /// Keeps a hit if it is the first one so far.
-  void keep(BodyId body, const RayHit<double>& hit) {
+  void keep(BodyId body, const RayHit& hit) {
     const bool is_smaller = body < best_.body && hit.t < kNone;
-    if (hit.t < best_.hit.t || (hit.t == best_.hit.t && is_smaller)) best_ = {body, hit};
+    if (hit.t < best_.t || (hit.t == best_.t && is_smaller))
+      best_ = {body, hit.t, hit.triangle, hit.u, hit.v};
   }
 
   static constexpr double kNone = std::numeric_limits<double>::infinity();
 
   const Line line_;
-  const RayRange<double>& range_;
-  const bool single_;
-  SceneRayHit<double> best_;
+  const RayRange& range_;
+  SceneRayHit best_;
 };
 
 }  // namespace
 
-ScenePoint<double> SceneState::nearestPoint(const fcl::Vector3d& point) const {
+ScenePoint SceneState::nearestPoint(const fcl::Vector3d& point) const {
   requireCurrent();
-  ScenePoint<double> best;
+  ScenePoint best;
   visitByDistance({point, point}, [&](const Body& body) {
     body.isMesh() ? improve(body, point, best) : improveByParts(body, point, best);
     return slack(best.distance);
@@ -129,12 +122,12 @@ ScenePoint<double> SceneState::nearestPoint(const fcl::Vector3d& point) const {
 }
 
 void SceneState::firstHits(const fcl::Vector3d* origins, const fcl::Vector3d* directions,
-                           std::size_t count, const RayRange<double>& range,
-                           std::vector<SceneRayHit<double>>& result) const {
+                           std::size_t count, const RayRange& range,
+                           std::vector<SceneRayHit>& result) const {
   requireCurrent();
   result.resize(count);
   const auto cast = [&](std::size_t r) {
-    SceneRay ray({origins[r], directions[r]}, range, single);
+    SceneRay ray({origins[r], directions[r]}, range);
     for (const unsigned i : unbounded) ray.test(bodies[i]);
     tree.visitAlongRay(origins[r], directions[r], [&](unsigned i, double) {
       ray.test(bodies[in_tree[i]]);

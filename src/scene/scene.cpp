@@ -1,36 +1,18 @@
-// The class Scene: checks arguments, calls SceneState in double precision, and rounds the results.
+// The class Scene: checks arguments, and calls SceneState.
 #include "adaptive_bvh/scene.h"
 
-#include <algorithm>
-#include <array>
 #include <map>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
 
-#include "base/leased.h"
 #include "base/rigid.h"
 #include "query/closed_surface.h"
 #include "query/points/ray_search.h"
-#include "query/single_precision.h"
-#include "scene/scene_results.h"
 #include "scene/scene_state.h"
 
 namespace adaptive_bvh {
 
-/// A scene in double precision, and the caller's geometries and transforms.
-template <typename S>
-struct Scene<S>::State {
-  /// What the caller passed for a body.
-  struct Given {
-    std::shared_ptr<const Geometry> owned;  ///< null if the scene only refers to the geometry
-    const Geometry* geometry;
-    Transform tf;
-  };
-
-  SceneState scene{std::is_same<S, float>::value};
-  std::vector<Given> given;  ///< by index in SceneState::bodies
-};
+struct Scene::State : SceneState {};
 
 namespace {
 
@@ -44,335 +26,211 @@ void requireOptions(const BodyGeometry& geometry, const BodyOptions& options) {
   requireClosed(geometry.mesh(), "a solid body");
 }
 
-/// Points in double precision: the array itself, or a copy in `converted`.
-const fcl::Vector3d* inDouble(const fcl::Vector3d* points, std::size_t,
-                              std::vector<fcl::Vector3d>&) {
-  return points;
-}
-const fcl::Vector3d* inDouble(const fcl::Vector3f* points, std::size_t count,
-                              std::vector<fcl::Vector3d>& converted) {
-  converted.resize(count);
-  for (std::size_t i = 0; i < count; ++i) converted[i] = points[i].cast<double>();
-  return converted.data();
-}
-
 }  // namespace
 
-template <typename S>
-const SceneState& detail::SceneAccess<S>::state(const Scene<S>& scene) {
-  return scene.state_->scene;
-}
+const SceneState& detail::SceneAccess::state(const Scene& scene) { return *scene.state_; }
 
-template <typename S>
-Scene<S>::Scene() : state_(std::make_unique<State>()) {}
-template <typename S>
-Scene<S>::~Scene() = default;
-template <typename S>
-Scene<S>::Scene(Scene&&) noexcept = default;
-template <typename S>
-Scene<S>& Scene<S>::operator=(Scene&&) noexcept = default;
+Scene::Scene() : state_(std::make_unique<State>()) {}
+Scene::~Scene() = default;
+Scene::Scene(Scene&&) noexcept = default;
+Scene& Scene::operator=(Scene&&) noexcept = default;
 
 // ---- Bodies
 
-template <typename S>
-BodyId Scene<S>::add(std::shared_ptr<const Geometry> geometry, const Transform& tf,
-                     const BodyOptions& options) {
+BodyId Scene::add(std::shared_ptr<const Geometry> geometry, const Transform& tf,
+                  const BodyOptions& options) {
   if (!geometry) throw std::invalid_argument("adaptive_bvh: a body has no geometry");
   const Geometry& referenced = *geometry;
   const BodyId id = add(referenced, tf, options);
-  state_->given.back().owned = std::move(geometry);
+  state_->bodies.back().owned = std::move(geometry);
   return id;
 }
 
-template <typename S>
-BodyId Scene<S>::add(const Geometry& geometry, const Transform& tf, const BodyOptions& options) {
-  const BodyGeometry in_double(geometry);
+BodyId Scene::add(const Geometry& geometry, const Transform& tf, const BodyOptions& options) {
+  const BodyGeometry given(geometry);
   requireRigid(tf);
-  requireOptions(in_double, options);
-  SceneState& scene = state_->scene;
-  state_->given.push_back({nullptr, &geometry, tf});
-  try {
-    scene.bodies.push_back(
-        {scene.next_id, in_double, options, fcl::Transform3d(tf.template cast<double>())});
-  } catch (...) {
-    state_->given.pop_back();
-    throw;
-  }
+  requireOptions(given, options);
+  SceneState& scene = *state_;
+  scene.bodies.push_back({scene.next_id, given, options, tf});
   scene.is_current = false;
   scene.setChanged();
   return scene.next_id++;
 }
 
-template <typename S>
-void Scene<S>::remove(BodyId body) {
-  SceneState& scene = state_->scene;
+void Scene::remove(BodyId body) {
+  SceneState& scene = *state_;
   const auto index = std::ptrdiff_t(scene.indexOf(body));
   scene.bodies.erase(scene.bodies.begin() + index);
-  state_->given.erase(state_->given.begin() + index);
   scene.forget(body);
   scene.is_current = false;
   scene.setChanged();
 }
 
-template <typename S>
-void Scene<S>::setTransform(BodyId body, const Transform& tf) {
-  const std::size_t index = state_->scene.indexOf(body);
+void Scene::setTransform(BodyId body, const Transform& tf) {
+  Body& changed = state_->bodies[state_->indexOf(body)];
   requireRigid(tf);
-  state_->given[index].tf = tf;
-  Body& changed = state_->scene.bodies[index];
-  changed.tf = tf.template cast<double>();
+  changed.tf = tf;
   changed.has_current_bounds = false;
-  state_->scene.is_current = false;
-  state_->scene.setChanged();
+  state_->is_current = false;
+  state_->setChanged();
 }
 
-template <typename S>
-void Scene<S>::setOptions(BodyId body, const BodyOptions& options) {
-  Body& changed = state_->scene.bodies[state_->scene.indexOf(body)];
+void Scene::setOptions(BodyId body, const BodyOptions& options) {
+  Body& changed = state_->bodies[state_->indexOf(body)];
   requireOptions(changed.geometry, options);
   changed.options = options;
-  state_->scene.setChanged();
+  state_->setChanged();
 }
 
-template <typename S>
-Scene<S> Scene<S>::snapshot() const {
-  state_->scene.requireCurrent();
+Scene Scene::snapshot() const {
+  state_->requireCurrent();
   Scene copy;
   *copy.state_ = *state_;
   std::map<const Geometry*, std::shared_ptr<const Geometry>> copies;
-  for (std::size_t i = 0; i < size(); ++i) {
-    Body& body = copy.state_->scene.bodies[i];
+  for (Body& body : copy.state_->bodies) {
     if (!body.isMesh()) continue;
-    auto& [owned, geometry, tf] = copy.state_->given[i];
-    std::shared_ptr<const Geometry>& mesh = copies[geometry];
+    const Geometry& geometry = body.geometry.given();
+    std::shared_ptr<const Geometry>& mesh = copies[&geometry];
     if (!mesh)
-      mesh = std::make_shared<DeformableMesh<S>>(static_cast<const DeformableMesh<S>&>(*geometry));
-    owned = mesh;
-    geometry = mesh.get();
+      mesh = std::make_shared<DeformableMesh>(static_cast<const DeformableMesh&>(geometry));
+    body.owned = mesh;
     body.geometry = BodyGeometry(*mesh);
   }
   return copy;
 }
 
-template <typename S>
-bool Scene<S>::contains(BodyId body) const {
-  return state_->scene.contains(body);
-}
-template <typename S>
-std::size_t Scene<S>::size() const {
-  return state_->scene.bodies.size();
-}
-template <typename S>
-std::vector<BodyId> Scene<S>::bodies() const {
+bool Scene::contains(BodyId body) const { return state_->contains(body); }
+std::size_t Scene::size() const { return state_->bodies.size(); }
+std::vector<BodyId> Scene::bodies() const {
   std::vector<BodyId> ids;
-  for (const Body& body : state_->scene.bodies) ids.push_back(body.id);
+  for (const Body& body : state_->bodies) ids.push_back(body.id);
   return ids;
 }
-template <typename S>
-const fcl::CollisionGeometry<S>& Scene<S>::geometry(BodyId body) const {
-  return *state_->given[state_->scene.indexOf(body)].geometry;
+
+const fcl::CollisionGeometryd& Scene::geometry(BodyId body) const {
+  return state_->bodies[state_->indexOf(body)].geometry.given();
 }
-template <typename S>
-const fcl::Transform3<S>& Scene<S>::transform(BodyId body) const {
-  return state_->given[state_->scene.indexOf(body)].tf;
+
+const fcl::Transform3d& Scene::transform(BodyId body) const {
+  return state_->bodies[state_->indexOf(body)].tf;
 }
-template <typename S>
-const BodyOptions& Scene<S>::options(BodyId body) const {
-  return state_->scene.bodies[state_->scene.indexOf(body)].options;
+
+const BodyOptions& Scene::options(BodyId body) const {
+  return state_->bodies[state_->indexOf(body)].options;
 }
 
 // ---- Which pairs count
 
-template <typename S>
-void Scene<S>::ignore(BodyId first, BodyId second) {
-  state_->scene.ignore(first, second);
-}
-template <typename S>
-void Scene<S>::unignore(BodyId first, BodyId second) {
-  state_->scene.unignore(first, second);
-}
-template <typename S>
-void Scene<S>::ignoreNeighbours(const std::vector<BodyId>& chain) {
-  state_->scene.ignoreNeighbours(chain);
-}
-template <typename S>
-void Scene<S>::setFilter(const Filter& filter) {
-  state_->scene.filter = filter;
-  state_->scene.setChanged();
+void Scene::ignore(BodyId first, BodyId second) { state_->ignore(first, second); }
+void Scene::unignore(BodyId first, BodyId second) { state_->unignore(first, second); }
+void Scene::ignoreNeighbours(const std::vector<BodyId>& chain) { state_->ignoreNeighbours(chain); }
+void Scene::setFilter(const Filter& filter) {
+  state_->filter = filter;
+  state_->setChanged();
 }
 
 // ---- Steps
 
-template <typename S>
-void Scene<S>::beginStep() {
-  for (Body& body : state_->scene.bodies) body.start_tf = body.tf;
+void Scene::beginStep() {
+  for (Body& body : state_->bodies) body.start_tf = body.tf;
 }
-template <typename S>
-void Scene<S>::setThreads(int threads) {
+void Scene::setThreads(int threads) {
   if (threads < 1) throw std::invalid_argument("adaptive_bvh: a scene needs one thread or more");
-  state_->scene.threads = threads;
+  state_->threads = threads;
 }
-template <typename S>
-void Scene<S>::update() {
-  state_->scene.update();
-}
+void Scene::update() { state_->update(); }
 
 // ---- Queries
 
-template <typename S>
-std::size_t Scene<S>::collisions(const SceneCollisionRequest& request,
-                                 SceneCollisions<S>& result) const {
-  answerInDouble(result,
-                 [&](SceneCollisions<double>& found) { state_->scene.collisions(request, found); });
-  for (std::size_t i = 0; i < result.pairs.size(); ++i) {
-    const Geometry &first = geometry(result.pairs[i].first),
-                   &second = geometry(result.pairs[i].second);
-    for (std::size_t k = result.offsets[i]; k < result.offsets[i + 1]; ++k) {
-      result.contacts[k].o1 = &first;
-      result.contacts[k].o2 = &second;
-    }
-  }
+std::size_t Scene::collide(const SceneCollisionRequest& request, SceneCollisions& result) const {
+  state_->collide(request, result);
   return result.pairs.size();
 }
 
-template <typename S>
-std::size_t Scene<S>::pairsWithin(const ProximityRequest<S>& request,
-                                  SceneTrianglePairs<S>& result) const {
+std::size_t Scene::pairsWithin(const ProximityRequest& request, SceneTrianglePairs& result) const {
   requireDistance(request.distance);
-  answerInDouble(result, [&](SceneTrianglePairs<double>& found) {
-    state_->scene.pairsWithin(inDouble(request), found);
-  });
+  state_->pairsWithin(request, result);
   return result.found.size();
 }
 
-template <typename S>
-std::size_t Scene<S>::featurePairsWithin(S distance, SceneFeaturePairs& result) const {
+std::size_t Scene::featurePairsWithin(double distance, SceneFeaturePairs& result) const {
   requireDistance(distance);
-  state_->scene.featurePairsWithin(static_cast<double>(distance), result);
+  state_->featurePairsWithin(distance, result);
   return result.found.size();
 }
 
-template <typename S>
-std::size_t Scene<S>::vertexContacts(S margin, SceneVertexContacts<S>& result) const {
+std::size_t Scene::vertexContacts(double margin, SceneVertexContacts& result) const {
   requireDistance(margin, "margin");
-  answerInDouble(result, [&](SceneVertexContacts<double>& found) {
-    state_->scene.vertexContacts(static_cast<double>(margin), found);
-  });
+  state_->vertexContacts(margin, result);
   return result.found.size();
 }
 
-template <typename S>
-bool Scene<S>::isNearer(S distance) const {
+bool Scene::isNearer(double distance) const {
   requireDistance(distance);
-  return state_->scene.isNearer(static_cast<double>(distance));
+  return state_->isNearer(distance);
 }
 
-template <typename S>
-SceneDistance<S> Scene<S>::distance() {
-  SceneDistance<S> result;
-  answerInDouble(result, [&](SceneDistance<double>& found) {
-    found = state_->scene.distance();
-    state_->scene.keepDistance(found);
-  });
-  return result;
+SceneDistance Scene::distance() {
+  const SceneDistance found = state_->distance();
+  state_->keepDistance(found);
+  return found;
 }
 
-template <typename S>
-SceneDistance<S> Scene<S>::distance() const {
-  SceneDistance<S> result;
-  answerInDouble(result, [&](SceneDistance<double>& found) { found = state_->scene.distance(); });
-  return result;
+SceneDistance Scene::distance() const { return state_->distance(); }
+
+SceneDistance Scene::nearest(BodyId body) {
+  const SceneDistance found = state_->nearest(body);
+  state_->keepNearest(body, found);
+  return found;
 }
 
-template <typename S>
-SceneDistance<S> Scene<S>::nearest(BodyId body) {
-  SceneDistance<S> result;
-  answerInDouble(result, [&](SceneDistance<double>& found) {
-    found = state_->scene.nearest(body);
-    state_->scene.keepNearest(body, found);
-  });
-  return result;
+SceneDistance Scene::nearest(BodyId body) const { return state_->nearest(body); }
+
+void Scene::nearest(BodyId body, std::size_t k, std::vector<SceneDistance>& result) const {
+  state_->nearest(body, k, result);
 }
 
-template <typename S>
-SceneDistance<S> Scene<S>::nearest(BodyId body) const {
-  SceneDistance<S> result;
-  answerInDouble(result,
-                 [&](SceneDistance<double>& found) { found = state_->scene.nearest(body); });
-  return result;
-}
-
-template <typename S>
-void Scene<S>::nearest(BodyId body, std::size_t k, std::vector<SceneDistance<S>>& result) const {
-  answerInDouble(result, [&](std::vector<SceneDistance<double>>& found) {
-    state_->scene.nearest(body, k, found);
-  });
-  std::sort(result.begin(), result.end(), isNearerBody<S>);  // rounding may make distances equal
-}
-
-template <typename S>
-ScenePoint<S> Scene<S>::nearestPoint(const fcl::Vector3<S>& point) const {
-  state_->scene.requireCurrent();
+ScenePoint Scene::nearestPoint(const fcl::Vector3d& point) const {
+  state_->requireCurrent();
   if (!point.allFinite()) throw std::invalid_argument("adaptive_bvh: a point is not finite");
-  ScenePoint<S> result;
-  answerInDouble(result, [&](ScenePoint<double>& found) {
-    found = state_->scene.nearestPoint(point.template cast<double>());
-  });
-  return result;
+  return state_->nearestPoint(point);
 }
 
-template <typename S>
-void Scene<S>::firstHits(const fcl::Vector3<S>* origins, const fcl::Vector3<S>* directions,
-                         std::size_t count, const RayRange<S>& range,
-                         std::vector<SceneRayHit<S>>& result) const {
-  state_->scene.requireCurrent();
+void Scene::firstHits(const fcl::Vector3d* origins, const fcl::Vector3d* directions,
+                      std::size_t count, const RayRange& range,
+                      std::vector<SceneRayHit>& result) const {
+  state_->requireCurrent();
   requireRange(range);
   for (std::size_t i = 0; i < count; ++i)
     if (!origins[i].allFinite() || !directions[i].allFinite() || directions[i].isZero(0))
       throw std::invalid_argument("adaptive_bvh: ray " + std::to_string(i) +
                                   " is not finite or has no direction");
-  const RayRange<double> in_double = {static_cast<double>(range.begin),
-                                      static_cast<double>(range.end)};
-  const Leased<std::array<std::vector<fcl::Vector3d>, 2>> converted;
-  answerInDouble(result, [&](std::vector<SceneRayHit<double>>& found) {
-    state_->scene.firstHits(inDouble(origins, count, (*converted)[0]),
-                            inDouble(directions, count, (*converted)[1]), count, in_double, found);
-  });
+  state_->firstHits(origins, directions, count, range, result);
 }
 
-template <typename S>
-SceneImpact Scene<S>::earliestImpact(double separation) const {
-  return state_->scene.earliestImpact(separation);
+SceneImpact Scene::earliestImpact(double separation) const {
+  return state_->earliestImpact(separation);
 }
 
-template <typename S>
-SceneClearance Scene<S>::leastDistance(BodyId body, double tolerance, FramePath path) {
-  const SceneClearance found = state_->scene.leastDistance(body, tolerance, path);
-  state_->scene.keepNearest(body, found);
+SceneClearance Scene::leastDistance(BodyId body, double tolerance, FramePath path) {
+  const SceneClearance found = state_->leastDistance(body, tolerance, path);
+  state_->keepNearest(body, found);
   return found;
 }
 
-template <typename S>
-SceneClearance Scene<S>::leastDistance(BodyId body, double tolerance, FramePath path) const {
-  return state_->scene.leastDistance(body, tolerance, path);
+SceneClearance Scene::leastDistance(BodyId body, double tolerance, FramePath path) const {
+  return state_->leastDistance(body, tolerance, path);
 }
 
-template <typename S>
-void Scene<S>::leastDistances(BodyId body, std::size_t k, double tolerance,
-                              std::vector<SceneClearance>& result, FramePath path) const {
-  state_->scene.leastDistances(body, k, tolerance, path, result);
+void Scene::leastDistances(BodyId body, std::size_t k, double tolerance,
+                           std::vector<SceneClearance>& result, FramePath path) const {
+  state_->leastDistances(body, k, tolerance, path, result);
 }
 
-template <typename S>
-std::size_t Scene<S>::intervalsBelow(double clearance, double tolerance, SceneIntervals& result,
-                                     FramePath path) const {
-  state_->scene.intervalsBelow(clearance, tolerance, path, result);
+std::size_t Scene::intervalsBelow(double clearance, double tolerance, SceneIntervals& result,
+                                  FramePath path) const {
+  state_->intervalsBelow(clearance, tolerance, path, result);
   return result.pairs.size();
 }
-
-template class Scene<float>;
-template class Scene<double>;
-template struct detail::SceneAccess<float>;
-template struct detail::SceneAccess<double>;
 
 }  // namespace adaptive_bvh

@@ -43,12 +43,11 @@ WorldBox boxOfSpheres(const MovingBody& moving) {
 }
 
 /// The box around a body's motion; unbounded for a plane or half-space.
-WorldBox sweptBox(const Body& body, FramePath path, double turn_error) {
+WorldBox sweptBox(const Body& body, FramePath path) {
   if (path == FramePath::Straight || !body.box.isBounded() || body.isOctree())
-    return sweptBox(body, turn_error);
+    return sweptBox(body);
   const SteppingBody stepping(body, path);
-  return stepping.moving().frame().isScrew() ? boxOfSpheres(stepping.moving())
-                                             : sweptBox(body, turn_error);
+  return stepping.moving().frame().isScrew() ? boxOfSpheres(stepping.moving()) : sweptBox(body);
 }
 
 /// Boxes that together hold the motion of a body, which `whole` holds: those of the upper nodes of
@@ -120,7 +119,7 @@ class NearestOverStep {
 
   /// Lowers `best` to the distance of the triangles that were found last.
   void lowerToKept(SceneClearance& best) {
-    const SceneDistance<double> kept = first_.body.nearest.found;  // a filter may change it
+    const SceneDistance kept = first_.body.nearest.found;  // a filter may change it
     if (!kept.exists() || !scene_.contains(kept.bodies.second)) return;
     const Body& other = scene_.bodies[scene_.indexOf(kept.bodies.second)];
     if (!isTriangle(first_.body, kept.elements[0]) || !isTriangle(other, kept.elements[1]) ||
@@ -138,7 +137,7 @@ class NearestOverStep {
   /// distance beyond which no bodies are needed.
   template <typename Visit>
   void visit(double limit, const Visit& visit) {
-    const WorldBox box = sweptBox(first_.body, path_, scene_.turnError());
+    const WorldBox box = sweptBox(first_.body, path_);
     findCandidates(box, limit);
     if (box.isBounded()) boxes_ = boxesOf(boxed_, box);
     while (!candidates_.empty() && candidates_.front().gap <= limit) {
@@ -146,7 +145,7 @@ class NearestOverStep {
       Candidate& next = candidates_.back();
       const Body& other = scene_.bodies[next.index];
       if (!next.is_of_nodes) {
-        next.gap = leastGap(boxes_, sweptBox(other, path_, scene_.turnError()));
+        next.gap = leastGap(boxes_, sweptBox(other, path_));
         next.is_of_nodes = true;
         std::push_heap(candidates_.begin(), candidates_.end());
         continue;
@@ -178,7 +177,7 @@ class NearestOverStep {
       const Body& other = scene_.bodies[i];
       if (&other == &first_.body) continue;
       const bool is_bounded = box.isBounded() && other.box.isBounded();
-      const double gap = is_bounded ? gapOf(box, sweptBox(other, path_, scene_.turnError())) : 0;
+      const double gap = is_bounded ? gapOf(box, sweptBox(other, path_)) : 0;
       if (gap <= limit && scene_.admits(first_.body, other))
         candidates_.push_back({gap, i, !is_bounded});
     }
@@ -269,7 +268,7 @@ void SceneState::intervalsBelow(double clearance, double tolerance, FramePath pa
   requireCurrent();
   requireNoOctree(*this, nullptr);
   std::vector<WorldBox> swept;
-  for (const Body& body : bodies) swept.push_back(sweptBox(body, path, turnError()));
+  for (const Body& body : bodies) swept.push_back(sweptBox(body, path));
   std::vector<BodyPair> pairs;
   findSweptPairs(swept, clearance, pairs);
   std::vector<std::vector<MotionInterval>> found(pairs.size());
@@ -281,12 +280,12 @@ void SceneState::intervalsBelow(double clearance, double tolerance, FramePath pa
   });
   result.pairs.clear();
   result.found.clear();
-  result.offsets.assign(1, 0);
+  result.begins.assign(1, 0);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (found[i].empty()) continue;
     result.pairs.push_back({bodies[pairs[i].first].id, bodies[pairs[i].second].id});
     result.found.insert(result.found.end(), found[i].begin(), found[i].end());
-    result.offsets.push_back(result.found.size());
+    result.begins.push_back(result.found.size());
   }
 }
 

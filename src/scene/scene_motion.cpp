@@ -75,22 +75,21 @@ class SweptParts {
 };
 
 /// The time at which two planes or half-spaces touch: 0 if one turns, because only parallel ones
-/// are apart. `parallel`: the largest sine of an angle that counts as parallel.
-double timeOfFlatImpact(const MovingBody& first, const MovingBody& second, double separation,
-                        double parallel) {
+/// are apart.
+double timeOfFlatImpact(const MovingBody& first, const MovingBody& second, double separation) {
   const auto atStart = [](const MovingBody& body) -> PlacedSolid {
     fcl::Transform3d tf = fcl::Transform3d::Identity();
     tf.linear() = body.at(0).frame.linear;
     tf.translation() = body.at(0).frame.translation;
     return {*body.solid(), tf};
   };
-  const TriangleGap start = gapOf(atStart(first), atStart(second), parallel);
+  const TriangleGap start = gapOf(atStart(first), atStart(second));
   if (!(start.distance > separation)) return 0;
   const fcl::Vector3d n = (start.points.second - start.points.first) / start.distance;
   double at_end = 0;  // the gap, negative if they overlap
   for (const MovingBody* body : {&first, &second}) {
     const PlaneAt from(*body, 0), to(*body, 1);
-    if (from.normal.cross(to.normal).norm() > parallel) return 0;
+    if (from.normal.cross(to.normal).norm() > kParallel) return 0;
     at_end += (body == &first ? -1 : 1) * n.dot(to.normal) * to.offset;
   }
   if (at_end > separation) return kNone;
@@ -100,13 +99,12 @@ double timeOfFlatImpact(const MovingBody& first, const MovingBody& second, doubl
 
 /// Lowers `best` to the first impact of two parts. Of impacts at the same time, the smallest
 /// numbers count.
-void lowerTo(SweptPart& first, SweptPart& second, double separation, double parallel,
-             Impact& best) {
+void lowerTo(SweptPart& first, SweptPart& second, double separation, Impact& best) {
   const bool swaps = orderOf(first.boxed.body) > orderOf(second.boxed.body);
   SweptPart &a = swaps ? second : first, &b = swaps ? first : second;
   MotionClearance found;
   if (a.boxed.body.flat())
-    found.time = timeOfFlatImpact(a.boxed.body, b.boxed.body, separation, parallel);
+    found.time = timeOfFlatImpact(a.boxed.body, b.boxed.body, separation);
   else if (!findFirstImpact({a.boxed, b.boxed, kNone}, separation, std::min(best.time, 1.), found))
     return;
   if (swaps) swapBodies(found);
@@ -132,17 +130,16 @@ Impact convexImpact(const SweptBody& a, const SweptBody& b, double separation) {
     around = aroundBoth(around, y.box);
   }
   SweptParts first(a, around, separation, (*memory)[0]);
-  const double parallel = a.body.geometry.parallel();
   if (first.all.size() <= 1 || second.all.size() <= 1) {
     for (SweptPart& x : first.all)
-      for (SweptPart& y : second.all) lowerTo(x, y, separation, parallel, best);
+      for (SweptPart& y : second.all) lowerTo(x, y, separation, best);
     return best;
   }
   BodyTree tree;
   tree.update(boxes);
   for (SweptPart& x : first.all)
     tree.visitByDistance(x.box, [&](unsigned i, double gap) {
-      if (gap <= separation) lowerTo(x, second.all[i], separation, parallel, best);
+      if (gap <= separation) lowerTo(x, second.all[i], separation, best);
       return separation;
     });
   return best;
@@ -191,7 +188,7 @@ SceneImpact SceneState::earliestImpact(double separation) const {
   const Leased<ImpactMemory> leased;
   ImpactMemory& memory = *leased;
   memory.boxes.clear();
-  for (const Body& body : bodies) memory.boxes.push_back(sweptBox(body, turnError()));
+  for (const Body& body : bodies) memory.boxes.push_back(sweptBox(body));
   const std::vector<BodyPair>& pairs = memory.pairs;
   findSweptPairs(memory.boxes, separation, memory.pairs);
   addSelfPairs(memory.pairs);

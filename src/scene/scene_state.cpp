@@ -73,7 +73,7 @@ void SceneState::update() {
   const TaskPool pool(bodies.size() >= kParallelBodies ? threads : 1);
   is_current = false;  // stays false if std::bad_alloc is thrown below
   pool.forEachPart(static_cast<int>(bodies.size()), pool.parts(), [&](int i, int end, int) {
-    for (; i < end; ++i) updateBounds(bodies[static_cast<std::size_t>(i)], turnError());
+    for (; i < end; ++i) updateBounds(bodies[static_cast<std::size_t>(i)]);
   });
   assign(
       bodies.size(), [&](unsigned i) -> auto& { return bodies[i].box; });

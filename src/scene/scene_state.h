@@ -24,17 +24,11 @@ struct BodyBoxes {
   void forEachPair(double distance, const Found& found) const;
 };
 
-/// A scene in double precision, whatever the number type of its bodies. Scene calls its members of
-/// the same names; they have the contracts of Scene, but contacts refer to no objects.
+/// The private data of a Scene, which calls its members of the same names.
 struct SceneState : BodyBoxes {
-  using Filter = Scene<double>::Filter;
-  using Distance = SceneDistance<double>;
+  using Filter = Scene::Filter;
+  using Distance = SceneDistance;
 
-  /// For a Scene<float>, transforms may deviate more from rigid motions, and hits of rays and
-  /// limits of distances are compared after rounding to float.
-  explicit SceneState(bool is_single) : single(is_single) {}
-
-  bool single;               ///< whether this is the state of a Scene<float>
   std::vector<Body> bodies;  ///< by increasing id
   BodyId next_id = 0;
   std::vector<BodyPair> ignored;  ///< sorted; each has the smaller id first
@@ -72,10 +66,8 @@ struct SceneState : BodyBoxes {
   void forget(BodyId body);
   bool admits(const Body& a, const Body& b) const;
 
-  /// How far a matrix that requireRigid accepts may be from a rotation, plus rounding.
-  double turnError() const { return single ? 2e-3 : 2e-6; }
   /// An upper bound of a distance in the world that was measured in the frame of either body.
-  double slack(double distance) const { return distance * (1 + turnError()); }
+  static double slack(double distance) { return distance * (1 + kTurnError); }
 
   /// Calls visit(body) for unbounded bodies, then for others by the distance of their boxes from
   /// `box` (if bounded). `visit` returns the distance beyond which no bodies are needed.
@@ -100,11 +92,10 @@ struct SceneState : BodyBoxes {
 
   // ---- Queries
 
-  void collisions(const SceneCollisionRequest& request, SceneCollisions<double>& result) const;
-  void pairsWithin(const ProximityRequest<double>& request,
-                   SceneTrianglePairs<double>& result) const;
+  void collide(const SceneCollisionRequest& request, SceneCollisions& result) const;
+  void pairsWithin(const ProximityRequest& request, SceneTrianglePairs& result) const;
   void featurePairsWithin(double distance, SceneFeaturePairs& result) const;
-  void vertexContacts(double margin, SceneVertexContacts<double>& result) const;
+  void vertexContacts(double margin, SceneVertexContacts& result) const;
   bool isNearer(double distance) const;
 
   Distance distance() const;
@@ -117,10 +108,10 @@ struct SceneState : BodyBoxes {
   /// Keeps a pair as the start of the next search, unless the answer of `nearest` is kept.
   void keepNearest(BodyId body, const SceneClearance& found);
   void nearest(BodyId body, std::size_t k, std::vector<Distance>& result) const;
-  ScenePoint<double> nearestPoint(const fcl::Vector3d& point) const;
+  ScenePoint nearestPoint(const fcl::Vector3d& point) const;
 
   void firstHits(const fcl::Vector3d* origins, const fcl::Vector3d* directions, std::size_t count,
-                 const RayRange<double>& range, std::vector<SceneRayHit<double>>& result) const;
+                 const RayRange& range, std::vector<SceneRayHit>& result) const;
   SceneImpact earliestImpact(double separation) const;
   SceneClearance leastDistance(BodyId body, double tolerance, FramePath path) const;
   void leastDistances(BodyId body, std::size_t k, double tolerance, FramePath path,
@@ -160,9 +151,8 @@ void BodyBoxes::forEachPair(double distance, const Found& found) const {
 namespace detail {
 
 /// Gives the library access to the private data of a scene.
-template <typename S>
 struct SceneAccess {
-  static const SceneState& state(const Scene<S>& scene);
+  static const SceneState& state(const Scene& scene);
 };
 
 }  // namespace detail

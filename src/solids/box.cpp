@@ -9,7 +9,7 @@
 namespace adaptive_bvh {
 
 using Vector = fcl::Vector3d;
-using Triangle = TrianglePoints<double>;
+using Triangle = TrianglePoints;
 
 /// If a triangle is apart from a box, the nearest points are on a face of the box beyond whose
 /// plane the triangle has a corner. If it crosses the box without a corner inside, it crosses such

@@ -13,8 +13,8 @@ class BoxSolid final : public Solid {
     return direction.unaryExpr([](double c) { return c < 0 ? -1. : 1.; }).cwiseProduct(half_);
   }
   ShapeCore core() const override { return ShapeCore::around(half_); }
-  TriangleGap gap(const TrianglePoints<double>& triangle) const override;
-  Penetration penetration(const TrianglePoints<double>& triangle) const override;
+  TriangleGap gap(const TrianglePoints& triangle) const override;
+  Penetration penetration(const TrianglePoints& triangle) const override;
   ShapeSurface surface(const fcl::Vector3d& x) const override;
   LineInterval lineInside(const Line& line) const override;
   void addPatches(std::vector<SurfacePatch>& patches) const override;

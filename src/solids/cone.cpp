@@ -11,7 +11,7 @@ namespace adaptive_bvh {
 namespace {
 
 using Vector = fcl::Vector3d;
-using Triangle = TrianglePoints<double>;
+using Triangle = TrianglePoints;
 
 /// Points nearer than this share of the coordinates count as on the surface.
 constexpr double kOnSurface = 1e-8;

@@ -10,7 +10,7 @@ class ConeSolid final : public RoundSolid {
   ConeSolid(double radius, double half) : radius_(radius), half_(half) {}
 
   fcl::Vector3d support(const fcl::Vector3d& direction) const override;
-  Penetration penetration(const TrianglePoints<double>& triangle) const override;
+  Penetration penetration(const TrianglePoints& triangle) const override;
   ShapeSurface surface(const fcl::Vector3d& x) const override;
   LineInterval lineInside(const Line& given) const override;
   void addPatches(std::vector<SurfacePatch>& to) const override;

@@ -8,7 +8,7 @@
 namespace adaptive_bvh {
 
 using Vector = fcl::Vector3d;
-using Triangle = TrianglePoints<double>;
+using Triangle = TrianglePoints;
 
 Vector CylinderSolid::support(const Vector& direction) const {
   return onCircle(direction, radius_, direction[2] < 0 ? -half_ : half_);

@@ -10,7 +10,7 @@ class CylinderSolid final : public RoundSolid {
   CylinderSolid(double radius, double half) : radius_(radius), half_(half) {}
 
   fcl::Vector3d support(const fcl::Vector3d& direction) const override;
-  Penetration penetration(const TrianglePoints<double>& triangle) const override;
+  Penetration penetration(const TrianglePoints& triangle) const override;
   ShapeSurface surface(const fcl::Vector3d& x) const override;
   LineInterval lineInside(const Line& line) const override;
   void addPatches(std::vector<SurfacePatch>& to) const override;

@@ -9,7 +9,7 @@ namespace adaptive_bvh {
 namespace {
 
 using Vector = fcl::Vector3d;
-using Triangle = TrianglePoints<double>;
+using Triangle = TrianglePoints;
 
 /// A point and an axis-aligned ellipsoid in scaled numbers that stay accurate for all sizes and
 /// ratios of the radii. z and r are those of Eberly's text (ellipsoid.h).

@@ -10,7 +10,7 @@ class EllipsoidSolid final : public RoundSolid {
   explicit EllipsoidSolid(const fcl::Vector3d& radii) : radii_(radii) {}
 
   fcl::Vector3d support(const fcl::Vector3d& direction) const override;
-  Penetration penetration(const TrianglePoints<double>& triangle) const override;
+  Penetration penetration(const TrianglePoints& triangle) const override;
   /// By D. Eberly's equation ("Distance from a Point to an Ellipse, an Ellipsoid, or a
   /// Hyperellipsoid"), which is accurate for all shapes and points.
   ShapeSurface surface(const fcl::Vector3d& x) const override;

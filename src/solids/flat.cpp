@@ -5,7 +5,7 @@
 namespace adaptive_bvh {
 
 using Vector = fcl::Vector3d;
-using Triangle = TrianglePoints<double>;
+using Triangle = TrianglePoints;
 
 ShapeCore FlatSolid::core() const {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();

@@ -18,8 +18,8 @@ class FlatSolid final : public Solid {
     return direction * std::numeric_limits<double>::infinity();
   }
   ShapeCore core() const override;
-  TriangleGap gap(const TrianglePoints<double>& triangle) const override;
-  Penetration penetration(const TrianglePoints<double>& triangle) const override;
+  TriangleGap gap(const TrianglePoints& triangle) const override;
+  Penetration penetration(const TrianglePoints& triangle) const override;
   /// A plane has no inside: the outward direction points from the plane to x, and is n for points
   /// on it.
   ShapeSurface surface(const fcl::Vector3d& x) const override;
@@ -39,7 +39,7 @@ class FlatSolid final : public Solid {
     std::size_t lowest, highest;
     double low, high;
   };
-  Extremes extremes(const TrianglePoints<double>& triangle) const;
+  Extremes extremes(const TrianglePoints& triangle) const;
 
   const fcl::Vector3d n_;
   const double d_;

@@ -12,7 +12,7 @@ namespace adaptive_bvh {
 namespace {
 
 using Vector = fcl::Vector3d;
-using Triangle = TrianglePoints<double>;
+using Triangle = TrianglePoints;
 
 /// The unit direction from the nearest point of a convex set to x. The nearest point has an error
 /// of 2^-44 of the size, so for a near x the direction is inaccurate. It is then recomputed for
@@ -40,7 +40,7 @@ double firstInSet(const Line& line, const ConvexSet& set, double begin) {
   double t = begin;
   for (int step = 0; step < kMostSteps; ++step) {
     const Vector x = line.origin + t * line.direction;
-    const ConvexGap gap = convexGap(TrianglePoints<double>{x, x, x}, set);
+    const ConvexGap gap = convexGap(TrianglePoints{x, x, x}, set);
     // The height of x above the support plane, and its decrease for each unit of t.
     const double height = gap.normal.dot(x - set.support(gap.normal)),
                  fall = -gap.normal.dot(line.direction);
@@ -71,7 +71,7 @@ TriangleGap HullSolid::gap(const Triangle& triangle) const {
 }
 
 ShapeSurface HullSolid::surface(const Vector& x) const {
-  const TrianglePoints<double> point = {x, x, x};
+  const TrianglePoints point = {x, x, x};
   const ConvexGap gap = convexGap(point, *this);
   if (gap.distance > 0) {
     const Vector& nearest = gap.points.second;

@@ -3,7 +3,6 @@
 #include <array>
 #include <vector>
 
-#include "base/points.h"
 #include "solids/solid.h"
 
 namespace adaptive_bvh {
@@ -14,12 +13,12 @@ namespace adaptive_bvh {
 /// them.
 class HullSolid : public Solid {
  public:
-  HullSolid(const Points& points, std::size_t count, const std::vector<int>& faces,
+  HullSolid(const fcl::Vector3d* points, std::size_t count, const std::vector<int>& faces,
             const fcl::Vector3d& inner_point)
       : points_(points), count_(count), faces_(faces), inner_point_(inner_point) {}
 
   fcl::Vector3d support(const fcl::Vector3d& direction) const override;
-  TriangleGap gap(const TrianglePoints<double>& triangle) const override;
+  TriangleGap gap(const TrianglePoints& triangle) const override;
   /// Computed by convexGap for x outside the hull, by penetrationOf inside.
   ShapeSurface surface(const fcl::Vector3d& x) const override;
   /// Computed by separating planes, up to the errors of convexGap.
@@ -27,7 +26,7 @@ class HullSolid : public Solid {
   void addPatches(std::vector<SurfacePatch>& patches) const override;
   fcl::Vector3d innerPoint() const override { return inner_point_; }
   const HullSolid* hull() const override { return this; }
-  fcl::Vector3d point(int i) const { return points_[static_cast<std::size_t>(i)]; }
+  const fcl::Vector3d& point(int i) const { return points_[static_cast<std::size_t>(i)]; }
 
  protected:
   /// Calls visit(corners, count) for each face. If the list ends within a face, calls
@@ -44,7 +43,7 @@ class HullSolid : public Solid {
   std::size_t count() const { return count_; }
 
  private:
-  const Points points_;
+  const fcl::Vector3d* const points_;
   const std::size_t count_;  ///< number of points
   const std::vector<int>& faces_;
   const fcl::Vector3d inner_point_;

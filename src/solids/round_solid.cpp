@@ -6,7 +6,7 @@
 namespace adaptive_bvh {
 
 using Vector = fcl::Vector3d;
-using Triangle = TrianglePoints<double>;
+using Triangle = TrianglePoints;
 
 /// The distance of the shape from a point x of the edge e is convex along e. Its derivative is e n,
 /// where n is the outward direction of the surface at the point y nearest to x; its root is found

@@ -9,7 +9,7 @@
 namespace adaptive_bvh {
 
 using Vector = fcl::Vector3d;
-using Triangle = TrianglePoints<double>;
+using Triangle = TrianglePoints;
 
 TriangleGap RoundedSegment::coreGap(const Triangle& triangle) const {
   if (half_ != 0) {

@@ -15,8 +15,8 @@ class RoundedSegment final : public Solid {
            radius_ * direction.stableNormalized();
   }
   ShapeCore core() const override { return ShapeCore::around({0, 0, half_}, radius_); }
-  TriangleGap gap(const TrianglePoints<double>& triangle) const override;
-  bool touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const override;
+  TriangleGap gap(const TrianglePoints& triangle) const override;
+  bool touches(const TrianglePoints& triangle, ShapeContact& contact) const override;
   ShapeSurface surface(const fcl::Vector3d& x) const override;
   LineInterval lineInside(const Line& line) const override;
   void addPatches(std::vector<SurfacePatch>& to) const override;
@@ -29,7 +29,7 @@ class RoundedSegment final : public Solid {
 
  private:
   /// The gap of the triangle and the segment.
-  TriangleGap coreGap(const TrianglePoints<double>& triangle) const;
+  TriangleGap coreGap(const TrianglePoints& triangle) const;
 
   const double radius_, half_;
 };

@@ -28,96 +28,87 @@
 namespace adaptive_bvh {
 namespace {
 
-/// An FCL shape, and functions that check its sizes and convert them to double precision.
-template <typename S>
+/// An FCL shape, and functions that check its sizes.
 struct ShapeNumbers {
-  const fcl::CollisionGeometry<S>& shape;
+  const fcl::CollisionGeometryd& shape;
   const char* name;  ///< for messages
 
   template <typename Shape>
   const Shape& as() const {
     return static_cast<const Shape&>(shape);
   }
-  double size(S length) const {
+  double size(double length) const {
     if (!(length > 0) || !std::isfinite(length))
       throw std::invalid_argument("adaptive_bvh: a size of a " + std::string(name) + " is " +
                                   std::to_string(length) + "; it must be positive and finite");
-    return static_cast<double>(length);
+    return length;
   }
-  fcl::Vector3d sizes(const fcl::Vector3<S>& x) const {
-    return {size(x[0]), size(x[1]), size(x[2])};
-  }
+  fcl::Vector3d sizes(const fcl::Vector3d& x) const { return {size(x[0]), size(x[1]), size(x[2])}; }
 };
 
 /// A supported type of shape; `read` constructs its Solid.
-template <typename S>
 struct ShapeRow {
   fcl::NODE_TYPE type;
   const char* name;
-  void (*read)(const ShapeNumbers<S>& from, ShapeSolid& to);
+  void (*read)(const ShapeNumbers& from, ShapeSolid& to);
 };
 
 /// The table of all supported shapes. A new shape is a row.
-template <typename S>
-const ShapeRow<S> kShapeRows[] = {
+const ShapeRow kShapeRows[] = {
     {fcl::GEOM_SPHERE, "sphere",
-     [](const ShapeNumbers<S>& from, ShapeSolid& to) {
-       to.make<RoundedSegment>(from.size(from.template as<fcl::Sphere<S>>().radius), 0.);
+     [](const ShapeNumbers& from, ShapeSolid& to) {
+       to.make<RoundedSegment>(from.size(from.as<fcl::Sphered>().radius), 0.);
      }},
     {fcl::GEOM_CAPSULE, "capsule",
-     [](const ShapeNumbers<S>& from, ShapeSolid& to) {
-       const auto& of = from.template as<fcl::Capsule<S>>();
+     [](const ShapeNumbers& from, ShapeSolid& to) {
+       const auto& of = from.as<fcl::Capsuled>();
        to.make<RoundedSegment>(from.size(of.radius), from.size(of.lz) / 2);
      }},
     {fcl::GEOM_BOX, "box",
-     [](const ShapeNumbers<S>& from, ShapeSolid& to) {
-       to.make<BoxSolid>(fcl::Vector3d(from.sizes(from.template as<fcl::Box<S>>().side) / 2));
+     [](const ShapeNumbers& from, ShapeSolid& to) {
+       to.make<BoxSolid>(fcl::Vector3d(from.sizes(from.as<fcl::Boxd>().side) / 2));
      }},
     {fcl::GEOM_CYLINDER, "cylinder",
-     [](const ShapeNumbers<S>& from, ShapeSolid& to) {
-       const auto& of = from.template as<fcl::Cylinder<S>>();
+     [](const ShapeNumbers& from, ShapeSolid& to) {
+       const auto& of = from.as<fcl::Cylinderd>();
        to.make<CylinderSolid>(from.size(of.radius), from.size(of.lz) / 2);
      }},
     {fcl::GEOM_CONE, "cone",
-     [](const ShapeNumbers<S>& from, ShapeSolid& to) {
-       const auto& of = from.template as<fcl::Cone<S>>();
+     [](const ShapeNumbers& from, ShapeSolid& to) {
+       const auto& of = from.as<fcl::Coned>();
        to.make<ConeSolid>(from.size(of.radius), from.size(of.lz) / 2);
      }},
     {fcl::GEOM_ELLIPSOID, "ellipsoid",
-     [](const ShapeNumbers<S>& from, ShapeSolid& to) {
-       to.make<EllipsoidSolid>(from.sizes(from.template as<fcl::Ellipsoid<S>>().radii));
+     [](const ShapeNumbers& from, ShapeSolid& to) {
+       to.make<EllipsoidSolid>(from.sizes(from.as<fcl::Ellipsoidd>().radii));
      }},
     {fcl::GEOM_CONVEX, "convex",
-     [](const ShapeNumbers<S>& from, ShapeSolid& to) {
-       const auto& of = from.template as<fcl::Convex<S>>();
+     [](const ShapeNumbers& from, ShapeSolid& to) {
+       const auto& of = from.as<fcl::Convexd>();
        const auto& points = of.getVertices();
-       to.make<HullSolid>(Points(points.data()), points.size(), of.getFaces(),
-                          fcl::Vector3d(of.getInteriorPoint().template cast<double>()));
+       to.make<HullSolid>(points.data(), points.size(), of.getFaces(), of.getInteriorPoint());
      }},
     {fcl::GEOM_PLANE, "plane",
-     [](const ShapeNumbers<S>& from, ShapeSolid& to) {
-       const auto& of = from.template as<fcl::Plane<S>>();
-       to.make<FlatSolid>(fcl::Vector3d(of.n.template cast<double>()), double(of.d), false);
+     [](const ShapeNumbers& from, ShapeSolid& to) {
+       const auto& of = from.as<fcl::Planed>();
+       to.make<FlatSolid>(of.n, of.d, false);
      }},
-    {fcl::GEOM_HALFSPACE, "half-space", [](const ShapeNumbers<S>& from, ShapeSolid& to) {
-       const auto& of = from.template as<fcl::Halfspace<S>>();
-       to.make<FlatSolid>(fcl::Vector3d(of.n.template cast<double>()), double(of.d), true);
+    {fcl::GEOM_HALFSPACE, "half-space", [](const ShapeNumbers& from, ShapeSolid& to) {
+       const auto& of = from.as<fcl::Halfspaced>();
+       to.make<FlatSolid>(of.n, of.d, true);
      }}};
 
 /// The row of a type, or null.
-template <typename S>
-const ShapeRow<S>* rowOf(fcl::NODE_TYPE type) {
-  const auto* const row =
-      std::find_if(std::begin(kShapeRows<S>), std::end(kShapeRows<S>),
-                   [&](const ShapeRow<S>& other) { return other.type == type; });
-  return row == std::end(kShapeRows<S>) ? nullptr : row;
+const ShapeRow* rowOf(fcl::NODE_TYPE type) {
+  const auto* const row = std::find_if(std::begin(kShapeRows), std::end(kShapeRows),
+                                       [&](const ShapeRow& other) { return other.type == type; });
+  return row == std::end(kShapeRows) ? nullptr : row;
 }
 
 }  // namespace
 
-template <typename S>
-ShapeSolid::ShapeSolid(const fcl::CollisionGeometry<S>& shape) {
-  const ShapeRow<S>* const row = rowOf<S>(shape.getNodeType());
+ShapeSolid::ShapeSolid(const fcl::CollisionGeometryd& shape) {
+  const ShapeRow* const row = rowOf(shape.getNodeType());
   if (!row)
     throw std::invalid_argument(
         "adaptive_bvh: there is no query between a mesh and a geometry of this type");
@@ -131,13 +122,10 @@ ShapeSolid::ShapeSolid(const fcl::CollisionGeometry<S>& shape) {
         "unit of length");
 }
 
-template ShapeSolid::ShapeSolid(const fcl::CollisionGeometry<float>&);
-template ShapeSolid::ShapeSolid(const fcl::CollisionGeometry<double>&);
-
-bool isShape(fcl::NODE_TYPE type) { return rowOf<double>(type) != nullptr; }
+bool isShape(fcl::NODE_TYPE type) { return rowOf(type) != nullptr; }
 
 const char* nameOfShape(fcl::NODE_TYPE type) {
-  const ShapeRow<double>* const row = rowOf<double>(type);
+  const ShapeRow* const row = rowOf(type);
   return row ? row->name : nullptr;
 }
 

@@ -17,8 +17,7 @@ class ShapeSolid {
   /// Throws std::invalid_argument if the geometry is not a supported shape, if a size is not
   /// positive or not finite (FCL accepts such shapes silently), or if products of its lengths would
   /// underflow.
-  template <typename S>
-  explicit ShapeSolid(const fcl::CollisionGeometry<S>& shape);
+  explicit ShapeSolid(const fcl::CollisionGeometryd& shape);
   ~ShapeSolid() {
     if (solid_) solid_->~Solid();
   }

@@ -15,7 +15,7 @@ ShapeCore Solid::core() const {
   return core;
 }
 
-bool Solid::touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const {
+bool Solid::touches(const TrianglePoints& triangle, ShapeContact& contact) const {
   const TriangleGap common = gap(triangle);
   if (common.distance > 0) return false;
   const Penetration shortest = penetration(triangle);

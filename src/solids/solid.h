@@ -65,10 +65,10 @@ class Solid : public ConvexSet {
   virtual ShapeCore core() const;
   /// The nearest points of the triangle (first) and the shape. The distance is 0 if they touch,
   /// also if the triangle is inside.
-  virtual TriangleGap gap(const TrianglePoints<double>& triangle) const = 0;
+  virtual TriangleGap gap(const TrianglePoints& triangle) const = 0;
   /// Whether the triangle touches the shape; if so, sets the contact. Its depth is the length of
   /// the shortest translation that separates them.
-  virtual bool touches(const TrianglePoints<double>& triangle, ShapeContact& contact) const;
+  virtual bool touches(const TrianglePoints& triangle, ShapeContact& contact) const;
   /// The surface point nearest to x.
   virtual ShapeSurface surface(const fcl::Vector3d& x) const = 0;
   /// The interval of a line inside the shape.

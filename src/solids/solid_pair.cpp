@@ -10,7 +10,7 @@ namespace adaptive_bvh {
 namespace {
 
 using Vector = fcl::Vector3d;
-using Triangle = TrianglePoints<double>;
+using Triangle = TrianglePoints;
 
 /// A shape in the frame of another shape, through its support function.
 class PlacedSet final : public ConvexSet {
@@ -114,16 +114,16 @@ Triangle extremesAbove(const PlacedSolid& flat, const PlacedSolid& other) {
   return {lowest, highest, highest};
 }
 
-/// A pair of planes or half-spaces, in the world. `parallel`: the largest sine of parallel normals.
+/// A pair of planes or half-spaces, in the world.
 class FlatPair {
  public:
-  FlatPair(const PlacedSolid& first, const PlacedSolid& second, double parallel)
+  FlatPair(const PlacedSolid& first, const PlacedSolid& second)
       : a_(*first.solid.flat()), b_(*second.solid.flat()) {
     n_ = first.tf.linear() * a_.normal();
     m_ = second.tf.linear() * b_.normal();
     on_first_ = first.tf * Vector(a_.offset() * a_.normal());
     on_second_ = second.tf * Vector(b_.offset() * b_.normal());
-    is_parallel_ = n_.cross(m_).norm() <= parallel;
+    is_parallel_ = n_.cross(m_).norm() <= kParallel;
     height_ = n_.dot(on_second_ - on_first_);
   }
 
@@ -199,8 +199,8 @@ bool touchInFrame(const PlacedSolid& first, const PlacedSolid& second, ShapeCont
 
 }  // namespace
 
-TriangleGap gapOf(const PlacedSolid& first, const PlacedSolid& second, double parallel) {
-  if (first.solid.flat() && second.solid.flat()) return FlatPair(first, second, parallel).gap();
+TriangleGap gapOf(const PlacedSolid& first, const PlacedSolid& second) {
+  if (first.solid.flat() && second.solid.flat()) return FlatPair(first, second).gap();
   const bool is_swapped = isSwapped(first, second);
   const PlacedSolid &a = is_swapped ? second : first, &b = is_swapped ? first : second;
   TriangleGap gap = gapInFrame(a, b);
@@ -209,10 +209,9 @@ TriangleGap gapOf(const PlacedSolid& first, const PlacedSolid& second, double pa
   return gap;
 }
 
-bool touch(const PlacedSolid& first, const PlacedSolid& second, double parallel,
-           ShapeContact& contact) {
+bool touch(const PlacedSolid& first, const PlacedSolid& second, ShapeContact& contact) {
   if (first.solid.flat() && second.solid.flat()) {
-    contact = FlatPair(first, second, parallel).contact();
+    contact = FlatPair(first, second).contact();
     return contact.depth >= 0;
   }
   const bool is_swapped = isSwapped(first, second);

@@ -140,7 +140,7 @@ void AdaptiveBVHModel<BV>::requireBuilt() const {
 // ---- the mesh of our queries --------------------------------------------------------------------
 
 template <typename BV>
-auto AdaptiveBVHModel<BV>::mesh() -> const DeformableMesh<S>& {
+auto AdaptiveBVHModel<BV>::mesh() -> const DeformableMesh& {
   if (!isBuilt(*this) || this->num_tris == 0)
     throw std::logic_error("AdaptiveBVHModel::mesh: the model is not built of triangles");
   repair();
@@ -149,7 +149,7 @@ auto AdaptiveBVHModel<BV>::mesh() -> const DeformableMesh<S>& {
 }
 
 template <typename BV>
-auto AdaptiveBVHModel<BV>::mesh() const -> const DeformableMesh<S>& {
+auto AdaptiveBVHModel<BV>::mesh() const -> const DeformableMesh& {
   repair();
   if (!state_->meshIsCurrent())
     throw std::logic_error(
@@ -216,12 +216,12 @@ void AdaptiveBVHModel<BV>::setRefitPolicy(const RefitPolicy& policy) {
 }
 
 template <typename BV>
-void AdaptiveBVHModel<BV>::setUpdateThreads(int threads) {
+void AdaptiveBVHModel<BV>::setThreads(int threads) {
   if (threads < 1)
-    throw std::invalid_argument("AdaptiveBVHModel::setUpdateThreads: " + std::to_string(threads) +
+    throw std::invalid_argument("AdaptiveBVHModel::setThreads: " + std::to_string(threads) +
                                 " threads; at least 1 is needed");
   state_->update.threads = threads;
-  if (state_->mesh) state_->mesh->setUpdateThreads(threads);
+  if (state_->mesh) state_->mesh->setThreads(threads);
 }
 
 template <typename BV>

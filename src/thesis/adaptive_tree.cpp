@@ -22,7 +22,9 @@ void Topology::assign(const fcl::BVHModel<BV>& model) {
     links[static_cast<std::size_t>(i)] = node.isLeaf() ? -1 - int(first) : node.leftChild();
     if (node.isLeaf()) tree.primitives[first] = static_cast<unsigned>(node.primitiveId());
   }
-  slots.assign(tree, viewOf(model), static_cast<std::size_t>(model.num_vertices));
+  MeshView<double> corners;  // without positions
+  corners.triangles = viewOf(model).triangles;
+  slots.assign(tree, corners, static_cast<std::size_t>(model.num_vertices));
   depth = 0;
   Scratch<int> depth_of(nodes, 0);
   for (int i = 0; i < model.getNumBVs(); ++i) {

@@ -39,6 +39,20 @@ struct SplitList {
   }
 };
 
+/// The tree of buildBottomUp, which takes positions in double precision.
+OrderedTree treeOf(const MeshView<double>& mesh, unsigned count) {
+  return OrderedTree(buildBottomUp(mesh, count));
+}
+OrderedTree treeOf(const MeshView<float>& mesh, unsigned count) {
+  std::vector<fcl::Vector3d> positions;  // by vertex, as far as a primitive has it
+  for (unsigned p = 0; p < count; ++p)
+    for (const unsigned v : mesh.verticesOf(p)) {
+      if (v >= positions.size()) positions.resize(v + 1);
+      positions[v] = mesh.vertices[v].cast<double>();
+    }
+  return OrderedTree(buildBottomUp({positions.data(), nullptr, mesh.triangles}, count));
+}
+
 /// Makes FCL's build reproduce the tree of buildBottomUp.
 template <typename BV>
 class BottomUpSplitter final : public fcl::detail::BVSplitterBase<BV> {
@@ -57,7 +71,7 @@ class BottomUpSplitter final : public fcl::detail::BVSplitterBase<BV> {
   void computeRule(const BV&, unsigned* primitives, int count) override {
     Build& build = current();
     if (build.nodes == 0 && count > 1)
-      build.splits.assign(OrderedTree(buildBottomUp(build.mesh, static_cast<unsigned>(count))));
+      build.splits.assign(treeOf(build.mesh, static_cast<unsigned>(count)));
     const std::size_t node = build.nodes++;
     if (count == 1) return;
     build.right_begin = build.splits.right_begin[node];

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <new>
+#include <type_traits>
 #include <utility>
 
 #include "deformable/mesh_step.h"
@@ -12,20 +13,35 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Applies to the mesh a step that the model has taken; `vertices` are the model's new positions.
-template <typename S>
-void stepMesh(DeformableMesh<S>& mesh, StepMemory& memory, const StepInput<S>& input,
-              const fcl::Vector3<S>* vertices) {
-  auto& mesh_state = detail::MeshAccess<S>::held(mesh);
-  if (input.indices)
-    return takeStep<S>(mesh_state, mesh, input.indices, input.positions, input.count, memory);
-  takeStep<S>(mesh_state, mesh, PositionArray<S>{vertices[0].data()},
-              input.kind == StepKind::TwoFrames, memory);
-}
-
 UpdateKind stepOf(StepKind kind, bool has_indices) {
   if (has_indices) return UpdateKind::Some;
   return kind == StepKind::TwoFrames ? UpdateKind::TwoFrames : UpdateKind::All;
+}
+
+/// The positions in double precision: themselves, or converted to `memory`, which has their size.
+const fcl::Vector3d* inDouble(const fcl::Vector3d* positions, std::vector<fcl::Vector3d>&) {
+  return positions;
+}
+
+const fcl::Vector3d* inDouble(const fcl::Vector3f* positions, std::vector<fcl::Vector3d>& memory) {
+  for (std::size_t i = 0; i < memory.size(); ++i) memory[i] = positions[i].cast<double>();
+  return memory.data();
+}
+
+/// Whether some positions lie in a mesh. Those in single precision never do.
+bool lieIn(const DeformableMesh& mesh, const fcl::Vector3d* positions, std::size_t count) {
+  return overlap(positions, count, mesh.vertices().data(), mesh.vertices().size());
+}
+bool lieIn(const DeformableMesh&, const fcl::Vector3f*, std::size_t) { return false; }
+
+/// Applies to the mesh a step that the model has taken.
+template <typename S>
+void stepMesh(DeformableMesh& mesh, StepMemory& memory, const StepInput<S>& input,
+              std::vector<fcl::Vector3d>& converted) {
+  MeshState& state = detail::MeshAccess::state(mesh);
+  const fcl::Vector3d* const positions = inDouble(input.positions, converted);
+  if (input.indices) return takeStep(state, mesh, input.indices, positions, input.count, memory);
+  takeStep(state, mesh, {positions[0].data()}, input.kind == StepKind::TwoFrames, memory);
 }
 
 /// Applies the buffered step by building a new tree, as FCL does without `refit`.
@@ -68,15 +84,17 @@ void takeStep(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepInput<typenam
   const bool renews_mesh = state.mesh && !state.meshIsCurrent();
   std::vector<fcl::Vector3<S>> copies;  // of positions in arrays that the step writes or frees
   if (renews_mesh || overlaps(model.vertices) || overlaps(model.prev_vertices) ||
-      (state.mesh && overlaps(state.mesh->vertices().data()))) {
+      (state.mesh && lieIn(*state.mesh, input.positions, input.count))) {
     copies.assign(input.positions, input.positions + input.count);
     input.positions = copies.data();
   }
   if (renews_mesh) renewMesh(model, state);
   std::optional<StepMemory> memory;  // the mesh's, allocated before anything changes
-  if (state.mesh)
-    memory.emplace(detail::MeshAccess<S>::held(*state.mesh),
+  if (state.mesh) {
+    memory.emplace(detail::MeshAccess::state(*state.mesh),
                    stepOf(input.kind, input.indices != nullptr));
+    if (!std::is_same<S, double>::value) state.converted.resize(input.count);
+  }
   if (state.buffer.isOpen(model.build_state)) target.restorePositions();
   state.buffer.abandon(model.build_state);
   if (!takeStep<BV>(target, state.update, state.policy, input, report))
@@ -86,7 +104,7 @@ void takeStep(fcl::BVHModel<BV>& model, ModelState<BV>& state, StepInput<typenam
         "; the model stays on its last positions");
   state.report = report;
   if (!memory) return;
-  stepMesh<S>(*state.mesh, *memory, input, model.vertices);
+  stepMesh(*state.mesh, *memory, input, state.converted);
   state.mesh_resets = state.tree.resets;
 }
 
@@ -148,17 +166,16 @@ void takeOverBuild(fcl::BVHModel<BV>& model, ModelState<BV>& state, fcl::BVHMode
 
 template <typename BV>
 void renewMesh(fcl::BVHModel<BV>& model, ModelState<BV>& state) {
-  using S = typename BV::S;
   UpdateTarget<BV>{model, state.tree}.restorePositions();
   if (model.num_tris == 0) {
     state.mesh.reset();
     return;
   }
   if (state.mesh)
-    *state.mesh = DeformableMesh<S>(model);
+    *state.mesh = DeformableMesh(model);
   else
     state.mesh.emplace(model);
-  state.mesh->setUpdateThreads(state.update.threads);
+  state.mesh->setThreads(state.update.threads);
   state.mesh_resets = state.tree.resets;
 }
 

@@ -113,7 +113,8 @@ struct ModelState {
   StepBuffer<S> buffer;
   UpdateReport report;
   /// Created by the first call of AdaptiveBVHModel::mesh, then updated in every step.
-  std::optional<DeformableMesh<S>> mesh;
+  std::optional<DeformableMesh> mesh;
+  std::vector<fcl::Vector3d> converted;  ///< positions of a step in single precision, for the mesh
   int mesh_resets = 0;  ///< value of AdaptiveTree::resets when `mesh` was last built or updated
 
   /// False after a change of the model that `mesh` has not followed.

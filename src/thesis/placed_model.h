@@ -16,19 +16,16 @@ namespace adaptive_bvh {
 /// the query, a plain FCL model does not.
 template <typename BV>
 struct PlacedModel {
-  using S = typename BV::S;
-
   const fcl::BVHModel<BV>* model = nullptr;
-  TraversalStatistics* statistics = nullptr;               ///< null for a plain FCL model
-  fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();  ///< from the model's frame to the world
+  TraversalStatistics* statistics = nullptr;           ///< null for a plain FCL model
+  fcl::Transform3d tf = fcl::Transform3d::Identity();  ///< from the model's frame to the world
 
   /// The triangles for addContactsOf.
-  PlacedTriangles<S> triangles() const { return {model, viewOf(*model), tf}; }
+  PlacedTriangles triangles() const { return {model, viewOf(*model), tf}; }
   int numTriangles() const { return model->num_tris; }
   /// The triangles for tests with shapes, in double precision.
   QueryTriangles queryTriangles() const {
-    return {viewOf(*model), model->num_tris, tf.template cast<double>(),
-            model->aabb_center.template cast<double>(), static_cast<double>(model->aabb_radius)};
+    return {viewOf(*model), model->num_tris, tf, model->aabb_center, model->aabb_radius};
   }
 };
 
@@ -53,13 +50,13 @@ void requireTriangles(const fcl::BVHModel<BV>& model) {
 /// Updates the query's result with the distance of two models, by FCL's traversal. Returns the
 /// result's min_distance. Both models must have triangles.
 template <typename BV>
-typename BV::S modelModelDistance(const PlacedModel<BV>& first, const PlacedModel<BV>& second,
-                                  const DistanceQuery<typename BV::S>& query);
+double modelModelDistance(const PlacedModel<BV>& first, const PlacedModel<BV>& second,
+                          const DistanceQuery& query);
 
 /// Adds the contacts of two models to the query's result, by FCL's traversal. Returns the number of
 /// contacts in the result. Both models must have triangles.
 template <typename BV>
 std::size_t modelModelCollide(const PlacedModel<BV>& first, const PlacedModel<BV>& second,
-                              const CollisionQuery<typename BV::S>& query);
+                              const CollisionQuery& query);
 
 }  // namespace adaptive_bvh

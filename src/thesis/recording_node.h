@@ -18,7 +18,7 @@ namespace adaptive_bvh {
 ///   BVTesting(C1, B2)        returns the distance D_c
 /// alpha = D_a - D, beta = D_c - D. FCL never tests the pair of roots, so for this pair there is no
 /// D, and nothing is recorded for test C.
-template <typename Node, typename S>
+template <typename Node>
 class RecordingDistanceNode : public Node {
  public:
   /// `of_node` are the constructor arguments of the node.
@@ -27,7 +27,7 @@ class RecordingDistanceNode : public Node {
       : Node(of_node...), statistics_(statistics) {}
   ~RecordingDistanceNode() override { statistics_.recordQuery(work_); }
 
-  bool canStop(S distance) const override {
+  bool canStop(double distance) const override {
     parent_distance_ = distance;
     return Node::canStop(distance);
   }
@@ -41,9 +41,9 @@ class RecordingDistanceNode : public Node {
     return first;
   }
 
-  S BVTesting(int b1, int b2) const override {
+  double BVTesting(int b1, int b2) const override {
     ++work_.bv_tests;
-    const S distance = Node::BVTesting(b1, b2);
+    const double distance = Node::BVTesting(b1, b2);
     if (first_child_distance_ == kNone)
       first_child_distance_ = distance;
     else if (split_side_)
@@ -59,20 +59,21 @@ class RecordingDistanceNode : public Node {
   }
 
  private:
-  static constexpr S kNone = -1;  // distances are never negative
+  static constexpr double kNone = -1;  // distances are never negative
 
   // Mutable, because FCL's functions are const.
   PairStatistics statistics_;
   mutable QueryWork work_;
-  mutable S parent_distance_ = std::numeric_limits<S>::quiet_NaN();  ///< D; NaN for the roots
-  mutable S first_child_distance_ = kNone;                           ///< D_a
+  mutable double parent_distance_ =
+      std::numeric_limits<double>::quiet_NaN();        ///< D; NaN for the roots
+  mutable double first_child_distance_ = kNone;        ///< D_a
   mutable TraversalStatistics* split_side_ = nullptr;  ///< statistics of the split node's model
   mutable int split_node_ = 0;                         ///< B1 if it is the one that is split
 };
 
 /// Records statistics of FCL's collisionRecurse. Its tests only report whether volumes are
 /// disjoint, so nothing is recorded for test C.
-template <typename Node, typename S>
+template <typename Node>
 class RecordingCollisionNode : public Node {
  public:
   explicit RecordingCollisionNode(const PairStatistics& statistics) : statistics_(statistics) {}

@@ -13,7 +13,7 @@ namespace adaptive_bvh {
 namespace {
 
 using Vector = fcl::Vector3d;
-using Triangle = TrianglePoints<double>;
+using Triangle = TrianglePoints;
 
 /// A point of the Minkowski difference of two sets: value = on_first - on_second.
 struct Difference {
@@ -122,7 +122,7 @@ class Simplex {
     };
     if (count_ == 3) visit(edge(0, corners_[2]).cross(edge(1, corners_[2])).stableNormalized());
     for (std::size_t i = 0; i < count_; ++i) {
-      const feature_distance::Edge<double> to_corner(edge(i, point));
+      const feature_distance::Edge to_corner(edge(i, point));
       visit(to_corner.across(nearest()).stableNormalized());
       for (std::size_t j = 0; j < i; ++j)
         visit(edge(i, point).cross(edge(j, point)).stableNormalized());
@@ -130,7 +130,7 @@ class Simplex {
   }
   /// The point nearest to the origin, and the points of both sets that it is the difference of.
   Vector nearest() const { return combine(&Difference::value); }
-  PointPair<double> points() const {
+  PointPair points() const {
     return {combine(&Difference::on_first), combine(&Difference::on_second)};
   }
 
@@ -156,7 +156,7 @@ class Simplex {
   /// Considers the projection of the origin on an edge, if it is inside the edge.
   void considerEdge(std::size_t i, std::size_t j) {
     const Vector& from = corners_[i].value;
-    const double t = feature_distance::Edge<double>(corners_[j].value - from).coordinate(-from);
+    const double t = feature_distance::Edge(corners_[j].value - from).coordinate(-from);
     if (t > 0 && t < 1) consider({i, j}, {1 - t, t});
   }
   /// Considers the projection of the origin on a face, if it is inside the face. Like
@@ -173,7 +173,7 @@ class Simplex {
   /// the apex and of j.
   void considerFaceOn(std::size_t i, std::size_t j, std::size_t apex) {
     const Vector &from = corners_[i].value, to_apex = corners_[apex].value - from;
-    const feature_distance::Edge<double> base(corners_[j].value - from);
+    const feature_distance::Edge base(corners_[j].value - from);
     const Vector height = base.across(to_apex);
     const double share =
         -base.across(from).dot(height) * feature_distance::inverse(height.squaredNorm());
@@ -510,7 +510,7 @@ class ExpandingPolytope {
 
 }  // namespace
 
-Penetration ConvexSet::penetration(const TrianglePoints<double>& triangle) const {
+Penetration ConvexSet::penetration(const TrianglePoints& triangle) const {
   return penetrationOf(triangle, *this);
 }
 

@@ -26,7 +26,7 @@ class ConvexSet {
   virtual fcl::Vector3d support(const fcl::Vector3d& direction) const = 0;
   /// Returns the penetration of a triangle that touches the set. The default calls penetrationOf; a
   /// set may override it with a closed form.
-  virtual Penetration penetration(const TrianglePoints<double>& triangle) const;
+  virtual Penetration penetration(const TrianglePoints& triangle) const;
 
  protected:
   ~ConvexSet() = default;
@@ -35,7 +35,7 @@ class ConvexSet {
 /// The nearest points of two convex sets, or of a triangle and a convex set. If the two intersect,
 /// both `points` are one common point, up to rounding, and the distance is 0.
 struct ConvexGap {
-  PointPair<double> points;
+  PointPair points;
   double distance;
   /// The exact distance is at least `distance - error`, as a plane between the two certifies.
   double error;
@@ -57,16 +57,16 @@ struct GapSearch {
 /// The gap by the algorithm of Gilbert, Johnson and Keerthi (1988). A distance below 2^-46 of the
 /// extent of both counts as touching.
 ConvexGap convexGap(const ConvexSet& first, const ConvexSet& second, const GapSearch& search = {});
-ConvexGap convexGap(const TrianglePoints<double>& triangle, const ConvexSet& set,
+ConvexGap convexGap(const TrianglePoints& triangle, const ConvexSet& set,
                     const GapSearch& search = {});
 
 /// The penetration by expanding polytopes (van den Bergen 2001), with an error of at most 1e-10 of
 /// the extent of both, unless both are round (Penetration::error).
 Penetration penetrationOf(const ConvexSet& first, const ConvexSet& second);
-Penetration penetrationOf(const TrianglePoints<double>& triangle, const ConvexSet& set);
+Penetration penetrationOf(const TrianglePoints& triangle, const ConvexSet& set);
 
 /// The edge vectors of a triangle; edge k begins at corner k.
-inline std::array<fcl::Vector3d, 3> edgesOf(const TrianglePoints<double>& t) {
+inline std::array<fcl::Vector3d, 3> edgesOf(const TrianglePoints& t) {
   return {t[1] - t[0], t[2] - t[1], t[0] - t[2]};
 }
 
@@ -84,7 +84,7 @@ inline fcl::Vector3d acrossEdges(const fcl::Vector3d& e, const fcl::Vector3d& f)
 template <typename Extent>
 class ShortestTranslation {
  public:
-  ShortestTranslation(const TrianglePoints<double>& triangle, const Extent& extent)
+  ShortestTranslation(const TrianglePoints& triangle, const Extent& extent)
       : triangle_(triangle), extent_(extent) {}
 
   /// Tries one direction of any length; ignores a zero vector.
@@ -116,7 +116,7 @@ class ShortestTranslation {
   Penetration penetration() const { return {normal_, std::max(depth_, 0.), 0}; }
 
  private:
-  const TrianglePoints<double>& triangle_;
+  const TrianglePoints& triangle_;
   Extent extent_;
   double depth_ = std::numeric_limits<double>::infinity();
   fcl::Vector3d normal_ = fcl::Vector3d::UnitX();

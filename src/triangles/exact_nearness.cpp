@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "triangles/exact_number.h"
 #include "triangles/orientation.h"
 #include "triangles/triangle_intersection.h"
 
@@ -9,10 +10,10 @@ namespace adaptive_bvh {
 namespace {
 
 /// Decides about features by differences of their corners and the distance, in exact arithmetic:
-/// integers, or ExactSum. `Number` holds products of three of these numbers, `Wide` of six. `Limit`
-/// compares: admits(n, m) is n <= m times the squared distance. What is nearest lies inside of both
-/// features, or at the end of one: a vertex of a face, or an edge and a side, and so on. So only
-/// squared distances from points, lines and planes are compared.
+/// integers, or ExactNumber. `Number` holds products of three of these numbers, `Wide` of six.
+/// `Limit` compares: admits(n, m) is n <= m times the squared distance. What is nearest lies inside
+/// of both features, or at the end of one: a vertex of a face, or an edge and a side, and so on. So
+/// only squared distances from points, lines and planes are compared.
 template <typename Number, typename Wide, typename Limit>
 class Tests {
  public:
@@ -107,16 +108,16 @@ class GridLimit {
 /// Of any numbers.
 class SumLimit {
  public:
-  explicit SumLimit(const ExactSum& distance) : square_(distance * distance) {}
+  explicit SumLimit(const ExactNumber& distance) : square_(distance * distance) {}
 
-  bool admits(const ExactSum& n, const ExactSum& m) const { return !(square_ * m < n); }
+  bool admits(const ExactNumber& n, const ExactNumber& m) const { return !(square_ * m < n); }
 
  private:
-  const ExactSum square_;
+  const ExactNumber square_;
 };
 
 using GridTests = Tests<std::int64_t, Int128, GridLimit>;
-using SumTests = Tests<ExactSum, ExactSum, SumLimit>;
+using SumTests = Tests<ExactNumber, ExactNumber, SumLimit>;
 
 /// Points as multiples of a power of two. Coordinates relative to the first point are below 2^19,
 /// so all differences are below 2^20, like the distance. So components of u x v are below 2^41,
@@ -162,8 +163,8 @@ class Grid {
 /// certain. A rounded gap is above the distance only if the gap is, and below it only if that is
 /// not. `is_open`: compares triangles across an axis, too: on the plane of the first, they may
 /// touch.
-std::optional<bool> byAxes(TrianglePoints<double> a, const TrianglePoints<double>& b,
-                           double distance, bool is_open) {
+std::optional<bool> byAxes(TrianglePoints a, const TrianglePoints& b, double distance,
+                           bool is_open) {
   for (Eigen::Index k = 0; k < 3; ++k) {
     const auto [low1, high1] = std::minmax({a[0][k], a[1][k], a[2][k]});
     const auto [low2, high2] = std::minmax({b[0][k], b[1][k], b[2][k]});
@@ -187,7 +188,7 @@ std::optional<bool> byAxes(TrianglePoints<double> a, const TrianglePoints<double
 /// Calls decide(tests, difference), where difference(i, j) is points[i] - points[j], if the axes
 /// leave it open for triangles a and b that repeat corners of the features.
 template <std::size_t kPoints, typename Decide>
-bool decideExactly(const TrianglePoints<double>& a, const TrianglePoints<double>& b,
+bool decideExactly(const TrianglePoints& a, const TrianglePoints& b,
                    const std::array<const fcl::Vector3d*, kPoints>& points, double distance,
                    const Decide& decide) {
   const Grid<kPoints> grid(points, distance);
@@ -197,12 +198,12 @@ bool decideExactly(const TrianglePoints<double>& a, const TrianglePoints<double>
     const bool is_near = decide(GridTests(limit), grid);
     if (!limit.isOpen()) return is_near;
   }
-  // Usual differences take one limb of ExactSum, below 2^62. The scale is at least 1.
+  // Usual differences take one limb of ExactNumber, below 2^62. The scale is at least 1.
   const double scale = grid.scale() > 0 ? grid.scale() * 0x1p42 : 1;
   const SumLimit limit(distance * scale);
   return decide(SumTests(limit), [&](std::size_t i, std::size_t j) -> SumTests::Vector {
-    const auto sum = [&](Eigen::Index k) -> ExactSum {
-      return ExactSum((*points[i])[k] * scale) - (*points[j])[k] * scale;
+    const auto sum = [&](Eigen::Index k) -> ExactNumber {
+      return ExactNumber((*points[i])[k] * scale) - (*points[j])[k] * scale;
     };
     return {sum(0), sum(1), sum(2)};
   });
@@ -210,7 +211,7 @@ bool decideExactly(const TrianglePoints<double>& a, const TrianglePoints<double>
 
 }  // namespace
 
-bool ExactNearness::areNear(const fcl::Vector3d& x, const TrianglePoints<double>& face) const {
+bool ExactNearness::areNear(const fcl::Vector3d& x, const TrianglePoints& face) const {
   return decideExactly<4>(
       {x, x, x}, face, {&x, &face[0], &face[1], &face[2]}, distance_,
       [](const auto& test, const auto& to) { return test.face(to(0, 1), to(2, 1), to(3, 1)); });
@@ -222,8 +223,7 @@ bool ExactNearness::areNear(const Segment& a, const Segment& b) const {
       [](const auto& test, const auto& to) { return test.edges(to(2, 0), to(1, 0), to(2, 3)); });
 }
 
-bool ExactNearness::areTrianglesNear(const TrianglePoints<double>& a,
-                                     const TrianglePoints<double>& b) const {
+bool ExactNearness::areTrianglesNear(const TrianglePoints& a, const TrianglePoints& b) const {
   return decideExactly<6>(
       a, b, {&a[0], &a[1], &a[2], &b[0], &b[1], &b[2]}, distance_,
       [](const auto& test, const auto& to) {

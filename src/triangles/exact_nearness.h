@@ -20,7 +20,7 @@ class ExactNearness {
         surely_farther_(distance * (1 + kError) + 2 * kError * radii) {}
 
   /// Whether a vertex and a face are near, given their computed distance (FeatureDistance).
-  bool areNear(double computed, const fcl::Vector3d& x, const TrianglePoints<double>& face) const {
+  bool areNear(double computed, const fcl::Vector3d& x, const TrianglePoints& face) const {
     if (computed < surely_near_) return true;
     return computed <= surely_farther_ && areNear(x, face);
   }
@@ -30,8 +30,7 @@ class ExactNearness {
     return computed <= surely_farther_ && areNear(a, b);
   }
   /// Whether two triangles are near, given their computed distance (gapOf).
-  bool areNear(double computed, const TrianglePoints<double>& a,
-               const TrianglePoints<double>& b) const {
+  bool areNear(double computed, const TrianglePoints& a, const TrianglePoints& b) const {
     if (computed < surely_near_ || computed == 0) return true;  // 0: they touch
     return computed <= surely_farther_ && distance_ > 0 && areTrianglesNear(a, b);
   }
@@ -42,9 +41,9 @@ class ExactNearness {
   /// Bounds the error of a computed distance, relative to the largest distance of two corners.
   static constexpr double kError = 0x1p-45;
 
-  bool areNear(const fcl::Vector3d& x, const TrianglePoints<double>& face) const;
+  bool areNear(const fcl::Vector3d& x, const TrianglePoints& face) const;
   bool areNear(const Segment& a, const Segment& b) const;
-  bool areTrianglesNear(const TrianglePoints<double>& a, const TrianglePoints<double>& b) const;
+  bool areTrianglesNear(const TrianglePoints& a, const TrianglePoints& b) const;
 
   double distance_, surely_near_, surely_farther_;
 };

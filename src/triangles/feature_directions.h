@@ -22,8 +22,8 @@ class FeatureDirections {
     edges_[0] = firsts == 1 ? x[2] - x[1] : x[1] - x[0];
     edges_[1] = x[3] - x[2];
     edges_[2] = x[3] - x[1];
-    difference_ = (firsts == 1 ? vertexFaceDistance<double>(x[0], {x[1], x[2], x[3]})
-                               : edgeEdgeDistance<double>({x[0], x[1]}, {x[2], x[3]}))
+    difference_ = (firsts == 1 ? vertexFaceDistance(x[0], {x[1], x[2], x[3]})
+                               : edgeEdgeDistance({x[0], x[1]}, {x[2], x[3]}))
                       .difference();
   }
 

@@ -66,7 +66,7 @@ PreciseVector cross(const PreciseVector& a, const PreciseVector& b) {
 /// the plane, the line of a side, or a corner. Planes and lines are given by directions of edges,
 /// so products keep their digits however small the face is.
 Precise squaredDistance(const fcl::Vector3d& x, const std::array<fcl::Vector3d, 3>& face,
-                        const feature_distance::FacePlace<double>& place, double scale) {
+                        const feature_distance::FacePlace& place, double scale) {
   const fcl::Vector3d &from = face[place.edge], &to = face[(place.edge + 1) % 3];
   const PreciseVector vector = scaled(difference(x, from), scale);
   if (place.is_inside) {
@@ -83,7 +83,7 @@ Precise squaredDistance(const fcl::Vector3d& x, const std::array<fcl::Vector3d, 
 }  // namespace
 
 PreciseSquare::PreciseSquare(const fcl::Vector3d& x, const std::array<fcl::Vector3d, 3>& face,
-                             const feature_distance::FacePlace<double>& place, double scale) {
+                             const feature_distance::FacePlace& place, double scale) {
   const Precise square = squaredDistance(x, face, place, scale);
   high_ = square.high;
   low_ = square.low;

@@ -16,7 +16,7 @@ class PreciseSquare {
   /// `place` is that of the nearest point of the face. Distances are multiplied by `scale`, a power
   /// of two; choose it so that the scaled distance is about 1, the same for faces to compare.
   PreciseSquare(const fcl::Vector3d& x, const std::array<fcl::Vector3d, 3>& face,
-                const feature_distance::FacePlace<double>& place, double scale);
+                const feature_distance::FacePlace& place, double scale);
 
   /// Whether this square is less than `other` by more than the rounding errors of both.
   bool isLess(const PreciseSquare& other) const;

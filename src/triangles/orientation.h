@@ -14,14 +14,11 @@
 // Exact signs of determinants: on which side of a plane or a line a point lies.
 namespace adaptive_bvh {
 
-/// A number in exact arithmetic, such as a sum of products of three doubles: sums, differences and
-/// products without rounding, overflow or underflow. Used for the few decisions that an error bound
-/// leaves open. A sign, and an integer of 64-bit limbs times a power of 2^64.
-///
-/// kLimbs suffices for products of three doubles, from 2^-3222 to 2^3072, and for those of six
-/// lengths that differences of accepted coordinates have (rounding::largestCoordinate): bits from
-/// 2^(6 * -1074) to 2^(6 * 255), 125 limbs. Each of six factors may begin with a limb of which one
-/// bit counts, and a result takes up to 4 limbs more before it is trimmed.
+/// An exact sum of products of three doubles, without rounding, overflow or underflow. It consists
+/// of two long fixed-point numbers, one for added and one for subtracted products, wide enough for
+/// the lowest bit of the smallest product and the highest bit of the largest (a long accumulator:
+/// U. Kulisch, "Computer Arithmetic and Validity", 2013). Used for the few decisions that an error
+/// bound leaves open.
 class ExactSum {
  public:
   /// A number mantissa * 2^exponent whose exponent may be out of the range of a double. The
@@ -37,119 +34,106 @@ class ExactSum {
     }
   };
 
-  ExactSum(double x = 0) : is_negative_(x < 0) {  // NOLINT(google-explicit-constructor)
-    if (x == 0) return;
-    constexpr int kFraction = 52, kBias = 1075, kExponents = 0x7ff;  // the layout of a double
-    std::uint64_t bits;
-    std::memcpy(&bits, &x, sizeof(bits));
-    const unsigned stored = unsigned(bits >> kFraction) & kExponents;  // 0: a denormal number
-    const std::uint64_t one = std::uint64_t(1) << kFraction, fraction = bits & (one - 1);
-    const unsigned lowest_bit = std::max(stored, 1u) + (64 * kOffset - kBias);
-    const Wide integer = Wide(stored == 0 ? fraction : fraction | one) << (lowest_bit % 64);
-    begin_ = int(lowest_bit / 64) - kOffset;
-    set(1, Wide(set(0, integer)));
-    size_ = 2;
-    trim();
-    if (limbs_[0] != 0) return;
-    limbs_[0] = limbs_[1];
-    ++begin_;
-    size_ = 1;
-  }
-  ExactSum(const ExactSum& other) { *this = other; }
-  ExactSum& operator=(const ExactSum& other) {
-    begin_ = other.begin_;
-    size_ = other.size_;
-    is_negative_ = other.is_negative_;
-    for (int k = 0; k < size_; ++k) limbs_[k] = other.limbs_[k];
-    return *this;
-  }
-
-  friend ExactSum operator+(const ExactSum& a, const ExactSum& b) {
-    return sum(a, b, b.is_negative_);
-  }
-  friend ExactSum operator-(const ExactSum& a, const ExactSum& b) {
-    return sum(a, b, !b.is_negative_);
-  }
-  friend ExactSum operator*(const ExactSum& a, const ExactSum& b) {
-    ExactSum product;
-    product.is_negative_ = a.is_negative_ != b.is_negative_;
-    product.begin_ = a.begin_ + b.begin_;
-    product.size_ = a.size_ + b.size_;
-    for (int k = 0; k < a.size_; ++k) product.limbs_[k] = 0;
-    for (int j = 0; j < b.size_; ++j) {
-      std::uint64_t carry = 0;
-      for (int i = 0; i < a.size_; ++i)
-        carry = product.set(i + j, Wide(a.limbs_[i]) * b.limbs_[j] + product.limbs_[i + j] + carry);
-      product.limbs_[j + a.size_] = carry;
-    }
-    product.trim();
-    return product;
-  }
-  friend bool operator<(const ExactSum& a, const ExactSum& b) { return (a - b).sign() < 0; }
-
   /// Adds a * b * c.
-  void add(double a, double b, double c) { *this = *this + ExactSum(a) * b * c; }
+  void add(double a, double b, double c) { addProduct(a, b, c, false); }
   /// Subtracts a * b * c.
-  void subtract(double a, double b, double c) { add(-a, b, c); }
+  void subtract(double a, double b, double c) { addProduct(a, b, c, true); }
 
   /// The sign of the sum: -1, 0 or 1.
-  int sign() const { return size_ == 0 ? 0 : is_negative_ ? -1 : 1; }
+  int sign() const {
+    for (std::size_t k = last_; k-- > first_;)
+      if (added_[k] != subtracted_[k]) return added_[k] > subtracted_[k] ? 1 : -1;
+    return 0;
+  }
 
   /// The sum with a relative error of at most 2^-52.
   Scaled value() const {
+    const int sum_sign = sign();
+    if (sum_sign == 0) return {0, 0};
+    const Limbs difference =
+        sum_sign > 0 ? differenceOf(added_, subtracted_) : differenceOf(subtracted_, added_);
+    std::size_t top = last_;
+    while (difference[top - 1] == 0) --top;
     // The three highest limbs contain more than 128 significant bits.
-    const int lowest = std::max(size_ - 3, 0);
+    const std::size_t lowest = top < 3 ? 0 : top - 3;
     double sum = 0;
-    for (int k = size_; k-- > lowest;) sum = sum * 0x1p64 + static_cast<double>(limbs_[k]);
+    for (std::size_t k = top; k-- > lowest;)
+      sum = sum * 0x1p64 + static_cast<double>(difference[k]);
     int exponent;
-    const double mantissa = std::frexp(is_negative_ ? -sum : sum, &exponent);
-    return {mantissa, exponent + 64 * (begin_ + lowest)};
+    const double mantissa = std::frexp(sum_sign * sum, &exponent);
+    return {mantissa, exponent + 64 * static_cast<int>(lowest) - kPoint};
   }
 
  private:
-  static constexpr int kLimbs = 144, kOffset = 17;
+  // The lowest bit of a product is 2^(3 * -1074) or higher; so bit 0 of limb 0 stands for
+  // 2^-kPoint. There is room for 2^64 times the largest product, 2^3072.
+  static constexpr int kPoint = 3 * 1074;
+  static constexpr std::size_t kLimbs = (kPoint + 3 * 1024 + 64) / 64 + 1;
   __extension__ typedef unsigned __int128 Wide;
 
-  /// The sum of a and b, where b gets the sign `is_negative`.
-  static ExactSum sum(const ExactSum& a, const ExactSum& b, bool is_negative) {
-    if (b.size_ == 0) return a;
-    ExactSum result;
-    const std::uint64_t flip = a.is_negative_ == is_negative ? 0 : ~std::uint64_t(0);
-    result.is_negative_ = a.is_negative_;
-    result.begin_ = a.size_ == 0 ? b.begin_ : std::min(a.begin_, b.begin_);
-    result.size_ = std::max(a.end(), b.end()) - result.begin_ + 1;
-    std::uint64_t carry = flip & 1;
-    for (int k = 0; k < result.size_; ++k)
-      carry = result.set(
-          k, Wide(a.limb(result.begin_ + k)) + (b.limb(result.begin_ + k) ^ flip) + carry);
-    if (flip && !carry) result.negate();
-    result.trim();
-    return result;
-  }
-  /// Turns the limbs, those of a negative number in two's complement, into its absolute value.
-  void negate() {
-    is_negative_ = !is_negative_;
-    std::uint64_t carry = 1;
-    for (int k = 0; k < size_; ++k) carry = set(k, Wide(~limbs_[k]) + carry);
-  }
-  int end() const { return size_ == 0 ? std::numeric_limits<int>::min() / 2 : begin_ + size_; }
-  /// The limb of the weight 2^(64 k), which need not be stored.
-  std::uint64_t limb(int k) const {
-    return k >= begin_ && k < begin_ + size_ ? limbs_[k - begin_] : 0;
-  }
-  /// Sets a limb to the lower half of a number. Returns the higher half.
-  std::uint64_t set(int k, Wide number) {
-    limbs_[k] = static_cast<std::uint64_t>(number);
-    return static_cast<std::uint64_t>(number >> 64);
-  }
-  /// Removes the highest limbs that are 0.
-  void trim() {
-    while (size_ > 0 && limbs_[size_ - 1] == 0) --size_;
+  /// A fixed-point number of 64-bit limbs, the lowest first.
+  using Limbs = std::array<std::uint64_t, kLimbs>;
+
+  /// The difference more - less, for more >= less.
+  Limbs differenceOf(const Limbs& more, const Limbs& less) const {
+    Limbs difference{};
+    std::uint64_t borrow = 0;
+    for (std::size_t k = first_; k < last_; ++k) {
+      const Wide limb = Wide(more[k]) - less[k] - borrow;
+      difference[k] = static_cast<std::uint64_t>(limb);
+      borrow = static_cast<std::uint64_t>(limb >> 64) & 1;
+    }
+    return difference;
   }
 
-  std::uint64_t limbs_[kLimbs];  ///< `size_` of them, the lowest first; the highest is not 0
-  int begin_ = 0, size_ = 0;     ///< the weight of the first is 2^(64 begin_)
-  bool is_negative_ = false;
+  /// Decomposes |x| = integer * 2^exponent, exponent >= -1074. Returns the integer, below 2^53.
+  static std::uint64_t integerOf(double x, int& exponent) {
+    constexpr int kFraction = 52, kBias = 1075, kExponents = 0x7ff;  // the layout of a double
+    std::uint64_t bits;
+    std::memcpy(&bits, &x, sizeof(bits));
+    const int stored = static_cast<int>(bits >> kFraction) & kExponents;  // 0: a denormal number
+    const std::uint64_t one = std::uint64_t(1) << kFraction, fraction = bits & (one - 1);
+    exponent = (stored == 0 ? 1 : stored) - kBias;
+    return stored == 0 ? fraction : fraction | one;
+  }
+
+  void addProduct(double a, double b, double c, bool is_negative) {
+    if (a == 0 || b == 0 || c == 0) return;
+    int ea, eb, ec;
+    const std::uint64_t x = integerOf(a, ea), y = integerOf(b, eb), z = integerOf(c, ec);
+    is_negative ^= std::signbit(a) ^ std::signbit(b) ^ std::signbit(c);
+    // x * y * z has 159 bits: three limbs, or four when shifted.
+    const Wide xy = Wide(x) * y, low = Wide(static_cast<std::uint64_t>(xy)) * z,
+               high = (xy >> 64) * z + (low >> 64);
+    std::array<std::uint64_t, 4> limbs = {static_cast<std::uint64_t>(low),
+                                          static_cast<std::uint64_t>(high),
+                                          static_cast<std::uint64_t>(high >> 64), 0};
+    const int lowest_bit = ea + eb + ec + kPoint, shift = lowest_bit % 64;
+    if (shift > 0) {
+      for (std::size_t k = 3; k > 0; --k)
+        limbs[k] = limbs[k] << shift | limbs[k - 1] >> (64 - shift);
+      limbs[0] <<= shift;
+    }
+    accumulate(limbs, std::size_t(lowest_bit / 64), is_negative ? subtracted_ : added_);
+  }
+
+  /// Adds four limbs to a sum, from limb `begin` on.
+  void accumulate(const std::array<std::uint64_t, 4>& limbs, std::size_t begin, Limbs& sum) {
+    std::uint64_t carry = 0;
+    std::size_t k = begin;
+    for (; k < begin + limbs.size() || carry != 0; ++k) {
+      const Wide result = Wide(sum[k]) + (k < begin + limbs.size() ? limbs[k - begin] : 0) + carry;
+      sum[k] = static_cast<std::uint64_t>(result);
+      carry = static_cast<std::uint64_t>(result >> 64);
+    }
+    first_ = std::min(first_, begin);
+    last_ = std::max(last_, k);
+  }
+
+  // Added and subtracted products are kept apart: a sum that changed its sign would change all
+  // higher limbs.
+  Limbs added_{}, subtracted_{};
+  std::size_t first_ = kLimbs, last_ = 0;  ///< limbs outside of [first_, last_) are 0 in both
 };
 
 /// Adds det(a, b, c) to a sum, or subtracts it if `is_negative`.
@@ -157,23 +141,18 @@ inline void addDeterminant(ExactSum& sum, const fcl::Vector3d& a, const fcl::Vec
                            const fcl::Vector3d& c, bool is_negative = false) {
   for (int k = 0; k < 3; ++k) {
     const int i = (k + 1) % 3, j = (k + 2) % 3;
-    const ExactSum minor = ExactSum(b[i]) * c[j] - ExactSum(b[j]) * c[i];
-    sum = sum + ExactSum(is_negative ? -a[k] : a[k]) * minor;
+    is_negative ? sum.subtract(a[k], b[i], c[j]) : sum.add(a[k], b[i], c[j]);
+    is_negative ? sum.add(a[k], b[j], c[i]) : sum.subtract(a[k], b[j], c[i]);
   }
 }
 
 /// Adds det(a - d, b - d, c - d).
 inline void addOrientation(ExactSum& sum, const fcl::Vector3d& a, const fcl::Vector3d& b,
                            const fcl::Vector3d& c, const fcl::Vector3d& d) {
-  const auto from = [&](const fcl::Vector3d& x, int k) -> ExactSum {
-    return ExactSum(x[k]) - d[k];
-  };
-  const ExactSum p[3] = {from(b, 0), from(b, 1), from(b, 2)},
-                 q[3] = {from(c, 0), from(c, 1), from(c, 2)};
-  for (int k = 0; k < 3; ++k) {
-    const int i = (k + 1) % 3, j = (k + 2) % 3;
-    sum = sum + from(a, k) * (p[i] * q[j] - p[j] * q[i]);
-  }
+  addDeterminant(sum, a, b, c);
+  addDeterminant(sum, d, b, c, true);
+  addDeterminant(sum, a, d, c, true);
+  addDeterminant(sum, a, b, d, true);
 }
 
 namespace orientations {
@@ -217,8 +196,10 @@ inline ExactSum exactDeterminant(const fcl::Vector3d& a, const fcl::Vector3d& b,
                                  const fcl::Vector3d& r) {
   ExactSum sum;
   if (isExact(a, d, p) && isExact(b, d, q) && isExact(c, d, r)) {
-    if (areShort(p, q, r)) return p.dot(q.cross(r));  // coordinates with few digits
-    addDeterminant(sum, p, q, r);
+    if (areShort(p, q, r))  // coordinates with few digits
+      sum.add(p.dot(q.cross(r)), 1, 1);
+    else
+      addDeterminant(sum, p, q, r);
   } else {
     addOrientation(sum, a, b, c, d);
   }

@@ -58,18 +58,14 @@ class RayTriangle {
 
   /// Returns whether the ray hits the triangle at t >= 0, and describes the hit. False if the ray
   /// lies in the triangle's plane. If the origin is in the triangle's plane, the hit is at t = 0.
-  template <typename S>
-  bool meets(const fcl::Vector3<S>& a, const fcl::Vector3<S>& b, const fcl::Vector3<S>& c,
+  bool meets(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& c,
              Hit& hit) const {
     const Sheared p = sheared(a), q = sheared(b), r = sheared(c);
     const double u = area(r, q), v = area(p, r), w = area(q, p);
     const double size = std::max(std::max(p.size, q.size), r.size);
     const double width = std::max(std::max(p.width(), q.width()), r.width());
     const double error = kAreaError * size * width;
-    const auto decideExactly = [&]() -> bool {
-      return meetsExactly(
-          {a.template cast<double>(), b.template cast<double>(), c.template cast<double>()}, hit);
-    };
+    const auto decideExactly = [&]() -> bool { return meetsExactly({a, b, c}, hit); };
     if (!isInRange(size, width)) return decideExactly();
     // The ray is the z axis: it hits the triangle if the areas between the axis and the three sides
     // have one sign. Their shares in the sum are the barycentric coordinates.
@@ -95,8 +91,7 @@ class RayTriangle {
 
     double width() const { return std::max(std::fabs(x), std::fabs(y)); }
   };
-  template <typename S>
-  Sheared sheared(const fcl::Vector3<S>& corner) const {
+  Sheared sheared(const fcl::Vector3d& corner) const {
     const auto from_origin = [&](int k) { return static_cast<double>(corner[k]) - origin_[k]; };
     const double x = from_origin(x_), y = from_origin(y_), z = from_origin(z_);
     return {x - shear_x_ * z, y - shear_y_ * z, z,

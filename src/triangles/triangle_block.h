@@ -22,7 +22,7 @@ struct Triangles4 {
   void set(int lane, const std::array<Point, 3>& points, const fcl::Vector3d& origin,
            double scale) {
     for (std::size_t c = 0; c < 3; ++c) {
-      const fcl::Vector3d x = (points[c].template cast<double>() - origin) * scale;
+      const fcl::Vector3d x = (points[c] - origin) * scale;
       corner[c].x[lane] = static_cast<float>(x[0]);
       corner[c].y[lane] = static_cast<float>(x[1]);
       corner[c].z[lane] = static_cast<float>(x[2]);

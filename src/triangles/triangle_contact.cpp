@@ -13,9 +13,9 @@ namespace {
 using Point = fcl::Vector3d;
 
 /// The normal of a triangle; its length is twice the area.
-Point normalOf(const TrianglePoints<double>& t) { return (t[1] - t[0]).cross(t[2] - t[0]); }
+Point normalOf(const TrianglePoints& t) { return (t[1] - t[0]).cross(t[2] - t[0]); }
 
-Point longestEdge(const TrianglePoints<double>& t) {
+Point longestEdge(const TrianglePoints& t) {
   Point longest = t[1] - t[0];
   for (const Point& edge : {Point(t[2] - t[1]), Point(t[0] - t[2])})
     if (edge.squaredNorm() > longest.squaredNorm()) longest = edge;
@@ -24,7 +24,7 @@ Point longestEdge(const TrianglePoints<double>& t) {
 
 /// A unit normal for the contact of a and b: the normal of a or the opposite of that of b, or, if
 /// both are thin, a direction perpendicular to their longest edges.
-Point anyNormal(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
+Point anyNormal(const TrianglePoints& a, const TrianglePoints& b) {
   if (!isThin(a)) return normalOf(a).stableNormalized();
   if (!isThin(b)) return -normalOf(b).stableNormalized();
   const Point e = longestEdge(a), f = longestEdge(b), across = e.cross(f);
@@ -36,7 +36,7 @@ Point anyNormal(const TrianglePoints<double>& a, const TrianglePoints<double>& b
 
 /// The plane of a triangle that is not thin: n x = t, n of length 1.
 struct Plane {
-  explicit Plane(const TrianglePoints<double>& triangle) : n(normalOf(triangle).normalized()) {
+  explicit Plane(const TrianglePoints& triangle) : n(normalOf(triangle).normalized()) {
     t = n.dot(triangle[0]);
   }
   Point n;
@@ -45,7 +45,7 @@ struct Plane {
 
 /// The corners of a triangle that are deepest below a plane; none if all corners lie on one side.
 struct Deepest {
-  Deepest(const TrianglePoints<double>& triangle, const Plane& plane) {
+  Deepest(const TrianglePoints& triangle, const Plane& plane) {
     // FCL's tolerances: for points on the plane, and for corners that are equally deep.
     constexpr double kOn = 1e-5, kAsDeep = 1e-6;
     bool is_above = true, is_below = true;
@@ -72,7 +72,7 @@ struct Deepest {
 /// FCL's contact of two intersecting triangles, neither of them thin. The points are the corners of
 /// one triangle that are deepest below the plane of the other; the triangle whose depth is smaller
 /// supplies them. No points if rounding hides the intersection.
-TriangleContact contactByPlanes(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
+TriangleContact contactByPlanes(const TrianglePoints& a, const TrianglePoints& b) {
   const Plane plane_a(a), plane_b(b);
   const Deepest deepest_a(a, plane_b), deepest_b(b, plane_a);
   const bool takes_b = deepest_a.depth > deepest_b.depth;
@@ -92,26 +92,26 @@ bool isComplete(const TriangleContact& contact) {
 
 }  // namespace
 
-Point nearestPoint(const TrianglePoints<double>& t, const Point& x) {
+Point nearestPoint(const TrianglePoints& t, const Point& x) {
   Point nearest;
-  feature_distance::Face<double>(t).distance(x, nearest);
+  feature_distance::Face(t).distance(x, nearest);
   return nearest;
 }
 
 /// Whether twice the area is at most sqrt(epsilon) of the square of the longest edge. Then the
 /// error of the normal's direction is as large as the triangle is wide.
-bool isThin(const TrianglePoints<double>& t) {
+bool isThin(const TrianglePoints& t) {
   return normalOf(t).norm() <=
          std::sqrt(rounding::epsilon<double>()) * longestEdge(t).squaredNorm();
 }
 
-TriangleContact contactOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
+TriangleContact contactOf(const TrianglePoints& a, const TrianglePoints& b) {
   TriangleContact contact;
   if (!isThin(a) && !isThin(b)) {
     contact = contactByPlanes(a, b);
     if (isComplete(contact)) return contact;
   }
-  const PointPair<double> nearest = gapOf(a, b).points;
+  const PointPair nearest = gapOf(a, b).points;
   contact.count = 1;
   contact.points[0] = contact.points[1] = (nearest.first + nearest.second) / 2;
   contact.normal = anyNormal(a, b);

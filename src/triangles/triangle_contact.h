@@ -7,26 +7,18 @@
 namespace adaptive_bvh {
 
 /// The corners of a triangle, by value.
-template <typename S>
-using TrianglePoints = std::array<fcl::Vector3<S>, 3>;
-
-/// Converts the corners to the number type `To`.
-template <typename To, typename From>
-TrianglePoints<To> pointsAs(const TrianglePoints<From>& t) {
-  return {t[0].template cast<To>(), t[1].template cast<To>(), t[2].template cast<To>()};
-}
+using TrianglePoints = std::array<fcl::Vector3d, 3>;
 
 /// A point of each of two objects.
-template <typename S>
 struct PointPair {
-  fcl::Vector3<S> first, second;
+  fcl::Vector3d first, second;
 };
 
 /// The point of the triangle nearest to `x`. The triangle may be a segment or a point.
-fcl::Vector3d nearestPoint(const TrianglePoints<double>& triangle, const fcl::Vector3d& x);
+fcl::Vector3d nearestPoint(const TrianglePoints& triangle, const fcl::Vector3d& x);
 
 /// Whether the triangle is so nearly a segment or a point that rounding dominates its normal.
-bool isThin(const TrianglePoints<double>& triangle);
+bool isThin(const TrianglePoints& triangle);
 
 /// The fields of FCL's contact, in the frame of the triangles.
 struct TriangleContact {
@@ -40,6 +32,6 @@ struct TriangleContact {
 /// both triangles, and points on either side). Otherwise the midpoint of their nearest points, with
 /// depth 0 and the normal of one of the triangles or, if both are thin, a direction perpendicular
 /// to their edges.
-TriangleContact contactOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b);
+TriangleContact contactOf(const TrianglePoints& a, const TrianglePoints& b);
 
 }  // namespace adaptive_bvh

@@ -6,13 +6,12 @@
 namespace adaptive_bvh {
 namespace {
 
-using Face = feature_distance::Face<double>;
+using Face = feature_distance::Face;
 
 /// The nearest pair of points of two triangles, by all pairs of features.
 class NearestOfFeatures {
  public:
-  NearestOfFeatures(const TrianglePoints<double>& a, const TrianglePoints<double>& b)
-      : a_(a), b_(b) {
+  NearestOfFeatures(const TrianglePoints& a, const TrianglePoints& b) : a_(a), b_(b) {
     for (std::size_t k = 0; k < 3; ++k) {
       considerVertex(a[k], b_, pair_.first, pair_.second);
       considerVertex(b[k], a_, pair_.second, pair_.first);
@@ -21,7 +20,7 @@ class NearestOfFeatures {
       for (std::size_t j = 0; j < 3; ++j) considerEdges(i, j);
   }
 
-  const PointPair<double>& pair() const { return pair_; }
+  const PointPair& pair() const { return pair_; }
   double distance() const { return std::sqrt(least_); }
 
  private:
@@ -41,7 +40,7 @@ class NearestOfFeatures {
     const auto &u = a_.edge(i), &v = b_.edge(j);
     const fcl::Vector3d &from = a_.corners()[i], &to = b_.corners()[j], between = to - from;
     double s, t;
-    if (!feature_distance::nearestInside<double>(u, v, between, s, t)) return;
+    if (!feature_distance::nearestInside(u, v, between, s, t)) return;
     const double square = (between + t * v.along - s * u.along).squaredNorm();
     if (!(square < least_)) return;
     least_ = square;
@@ -49,7 +48,7 @@ class NearestOfFeatures {
   }
 
   const Face a_, b_;
-  PointPair<double> pair_;
+  PointPair pair_;
   double least_ = std::numeric_limits<double>::infinity();  ///< squared distance of the pair
 };
 
@@ -61,7 +60,7 @@ class NearestOfFeatures {
 class SeparatedPoints {
  public:
   /// `extent` is that of both triangles together.
-  SeparatedPoints(const TrianglePoints<double>& a, const TrianglePoints<double>& b, double extent)
+  SeparatedPoints(const TrianglePoints& a, const TrianglePoints& b, double extent)
       : a_(a), b_(b), tolerance_(kTolerance * extent), least_(kLeast * extent * kLeast * extent) {}
 
   /// Returns whether nearest points were found.
@@ -105,7 +104,7 @@ class SeparatedPoints {
     return findAbove(a_, u, b_, 1) || findAbove(b_, v, a_, -1);
   }
 
-  const PointPair<double>& points() const { return points_; }
+  const PointPair& points() const { return points_; }
   double distance() const { return distance_; }
 
  private:
@@ -115,8 +114,8 @@ class SeparatedPoints {
 
   /// Tries the corner nearest to the plane of a face, if all corners are on one side of the plane.
   /// `sign` is 1 if the face belongs to a.
-  bool findAbove(const TrianglePoints<double>& face, const fcl::Vector3d (&edges)[3],
-                 const TrianglePoints<double>& corners, double sign) {
+  bool findAbove(const TrianglePoints& face, const fcl::Vector3d (&edges)[3],
+                 const TrianglePoints& corners, double sign) {
     const fcl::Vector3d normal = edges[0].cross(edges[1]);
     const double square = normal.squaredNorm();
     if (!(square > kUnderflow)) return false;
@@ -153,16 +152,16 @@ class SeparatedPoints {
     return true;
   }
 
-  const TrianglePoints<double>&a_, &b_;
+  const TrianglePoints &a_, &b_;
   const double tolerance_, least_;  ///< length; squared length
-  PointPair<double> points_;
+  PointPair points_;
   double distance_ = 0;
 };
 
 /// The longest side of the box around both triangles.
-double extentOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
+double extentOf(const TrianglePoints& a, const TrianglePoints& b) {
   fcl::Vector3d low = a[0], high = a[0];
-  for (const TrianglePoints<double>* t : {&a, &b})
+  for (const TrianglePoints* t : {&a, &b})
     for (const fcl::Vector3d& x : *t) {
       low = low.cwiseMin(x);
       high = high.cwiseMax(x);
@@ -171,14 +170,13 @@ double extentOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b
 }
 
 /// The gap by all pairs of features, in coordinates enlarged by `unit` (rounding::enlargement).
-TriangleGap gapOfFeatures(const TrianglePoints<double>& a, const TrianglePoints<double>& b,
-                          double unit) {
-  const auto gap = [](const TrianglePoints<double>& p, const TrianglePoints<double>& q) {
+TriangleGap gapOfFeatures(const TrianglePoints& a, const TrianglePoints& b, double unit) {
+  const auto gap = [](const TrianglePoints& p, const TrianglePoints& q) {
     const NearestOfFeatures nearest(p, q);
     return TriangleGap{nearest.pair(), nearest.distance()};
   };
   if (unit == 1) return gap(a, b);
-  const auto enlarged = [&](const TrianglePoints<double>& t) -> TrianglePoints<double> {
+  const auto enlarged = [&](const TrianglePoints& t) -> TrianglePoints {
     return {unit * (t[0] - a[0]), unit * (t[1] - a[0]), unit * (t[2] - a[0])};
   };
   const TriangleGap found = gap(enlarged(a), enlarged(b));
@@ -188,7 +186,7 @@ TriangleGap gapOfFeatures(const TrianglePoints<double>& a, const TrianglePoints<
 
 }  // namespace
 
-TriangleGap gapOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
+TriangleGap gapOf(const TrianglePoints& a, const TrianglePoints& b) {
   const double extent = extentOf(a, b), unit = rounding::enlargement(extent);
   SeparatedPoints separated(a, b, extent);
   if (unit == 1 && separated.find()) return {separated.points(), separated.distance()};

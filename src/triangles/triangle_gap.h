@@ -10,22 +10,15 @@ namespace adaptive_bvh {
 
 /// The nearest points of two triangles and their distance.
 struct TriangleGap {
-  PointPair<double> points;
+  PointPair points;
   double distance;
 };
-
-/// Rounds a distance to S; 0 only if the distance is 0.
-template <typename S>
-S distanceAs(double distance) {
-  return distance > 0 ? std::max(static_cast<S>(distance), std::numeric_limits<S>::denorm_min())
-                      : S(0);
-}
 
 /// The nearest points of two triangles. The error of the distance is at most 2^-46 of their extent,
 /// the largest component of a difference of two corners, whatever their shapes. The distance is 0
 /// if and only if the triangles have a common point, which is decided exactly
 /// (triangle_intersection.h); then both points are a common point, up to rounding.
-TriangleGap gapOf(const TrianglePoints<double>& a, const TrianglePoints<double>& b);
+TriangleGap gapOf(const TrianglePoints& a, const TrianglePoints& b);
 
 /// Rounding errors of distances of bodies. The error of a separation along a line is relative to
 /// the magnitude of the coordinates; the error of a distance of nearest points, which may exceed
@@ -50,8 +43,7 @@ class DistanceRounding {
 /// Whether two triangles are certainly farther apart than `distance`, by their gap along a normal
 /// or along the cross product of an edge of each. Detects most pairs that are farther, and is much
 /// cheaper than gapOf. docs/bounds.md, 16.
-inline bool areSurelyFarther(const TrianglePoints<double>& a, const TrianglePoints<double>& b,
-                             double distance) {
+inline bool areSurelyFarther(const TrianglePoints& a, const TrianglePoints& b, double distance) {
   const std::array<fcl::Vector3d, 5> from_a = {a[1] - a[0], a[2] - a[0], b[0] - a[0], b[1] - a[0],
                                                b[2] - a[0]};
   double extent = 0;

@@ -8,7 +8,7 @@ namespace adaptive_bvh {
 namespace {
 
 using Vector = fcl::Vector3d;
-using Triangle = TrianglePoints<double>;
+using Triangle = TrianglePoints;
 
 double largest(const Vector& v) { return v.lpNorm<Eigen::Infinity>(); }
 
@@ -205,12 +205,12 @@ bool TriangleIntersection::findCrossing(const Triangle& edges, const Triangle& f
   return false;
 }
 
-PointPair<double> TriangleIntersection::crossing() const {
+PointPair TriangleIntersection::crossing() const {
   const Triangle& face = edges_ == &a_ ? b_ : a_;
   const Vector &p = (*edges_)[edge_], &q = (*edges_)[(edge_ + 1) % 3];
   const Vector on_edge = p + planeShare(face, p, q) * (q - p),
                on_face = nearestPoint(face, on_edge);
-  return edges_ == &a_ ? PointPair<double>{on_edge, on_face} : PointPair<double>{on_face, on_edge};
+  return edges_ == &a_ ? PointPair{on_edge, on_face} : PointPair{on_face, on_edge};
 }
 
 /// One shared corner v, triangles v a b and v c d: their intersection is convex. A ray from v

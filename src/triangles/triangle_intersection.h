@@ -10,14 +10,14 @@ namespace adaptive_bvh {
 /// closed, may be coplanar, and may be degenerate to segments or points. Keeps references to both.
 class TriangleIntersection {
  public:
-  TriangleIntersection(const TrianglePoints<double>& a, const TrianglePoints<double>& b);
+  TriangleIntersection(const TrianglePoints& a, const TrianglePoints& b);
 
   /// Whether the triangles have a common point.
   bool exists() const { return edges_ || is_in_plane_; }
   /// Whether an edge of one triangle crosses the plane of the other at a common point.
   bool isCrossing() const { return edges_; }
   /// If isCrossing(): that common point, up to rounding, as a point of each triangle.
-  PointPair<double> crossing() const;
+  PointPair crossing() const;
 
  private:
   /// The sides of a face's plane on which three points lie, as orientations.
@@ -25,17 +25,16 @@ class TriangleIntersection {
 
   /// Finds an edge of the triangle `edges` that crosses the plane of `face` at a point of the face.
   /// `sides` are those of the corners of `edges`. Returns whether there is one.
-  bool findCrossing(const TrianglePoints<double>& edges, const TrianglePoints<double>& face,
-                    const Sides& sides);
+  bool findCrossing(const TrianglePoints& edges, const TrianglePoints& face, const Sides& sides);
 
-  const TrianglePoints<double>&a_, &b_;
-  const TrianglePoints<double>* edges_ = nullptr;  ///< the triangle whose edge crosses the other
-  std::size_t edge_ = 0;                           ///< first corner of that edge
-  bool is_in_plane_ = false;                       ///< a common point in the plane of both exists
+  const TrianglePoints &a_, &b_;
+  const TrianglePoints* edges_ = nullptr;  ///< the triangle whose edge crosses the other
+  std::size_t edge_ = 0;                   ///< first corner of that edge
+  bool is_in_plane_ = false;               ///< a common point in the plane of both exists
 };
 
 /// Whether two triangles have a common point, decided exactly.
-inline bool touch(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
+inline bool touch(const TrianglePoints& a, const TrianglePoints& b) {
   return TriangleIntersection(a, b).exists();
 }
 
@@ -43,7 +42,7 @@ inline bool touch(const TrianglePoints<double>& a, const TrianglePoints<double>&
 /// common point if they share no corner. Decided exactly for the given numbers. True for triangles
 /// that share all three corners. A triangle without area, such as one that repeats a corner, has no
 /// point beyond a shared corner. `of_p` and `of_q` are the corners' vertex indices.
-bool meetBeyondShared(const TrianglePoints<double>& p, const std::array<unsigned, 3>& of_p,
-                      const TrianglePoints<double>& q, const std::array<unsigned, 3>& of_q);
+bool meetBeyondShared(const TrianglePoints& p, const std::array<unsigned, 3>& of_p,
+                      const TrianglePoints& q, const std::array<unsigned, 3>& of_q);
 
 }  // namespace adaptive_bvh

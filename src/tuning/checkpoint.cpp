@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "adaptive_bvh/write_file.h"
+#include "adaptive_bvh/detail/write_file.h"
 
 namespace adaptive_bvh {
 
@@ -43,7 +43,7 @@ void saveSearch(const SearchState& state, const TuningOptions& options) {
   if (options.checkpoint.empty()) return;
   const json checkpoint = {{"options", identityOf(options)}, {"state", state}};
   try {
-    writeFile(options.checkpoint, [&](std::ostream& out) { out << checkpoint << '\n'; });
+    detail::writeFile(options.checkpoint, [&](std::ostream& out) { out << checkpoint << '\n'; });
   } catch (const std::system_error& error) {
     throw std::runtime_error(std::string("tune: ") + error.what());
   }

@@ -30,9 +30,9 @@ double nanoseconds(int calls, Work&& work) {
 }
 
 /// A sheet with hills, 64 x 64 cells.
-TriangleMesh<double> hills() {
+TriangleMesh hills() {
   constexpr std::size_t kCells = 64;
-  TriangleMesh<double> mesh;
+  TriangleMesh mesh;
   for (std::size_t j = 0; j <= kCells; ++j)
     for (std::size_t i = 0; i <= kCells; ++i) {
       const double x = double(i) / kCells, y = double(j) / kCells;
@@ -100,8 +100,8 @@ class CostMeasurement {
     const QueryWork before = first_.recordedWork();
     const auto ask = [&](int) {
       fcl::DistanceResultd result;
-      sink_ += adaptive_bvh::distance<double>(&first_, fcl::Transform3d::Identity(), &second_, tf,
-                                              fcl::DistanceRequestd(), result);
+      sink_ += adaptive_bvh::distance(&first_, fcl::Transform3d::Identity(), &second_, tf,
+                                      fcl::DistanceRequestd(), result);
     };
     ask(0);
     const double time = nanoseconds(1, ask);

@@ -22,75 +22,69 @@ namespace eigen_arguments_test {
 using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::Motion;
 
-template <typename S>
-using Matrix = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic>;
-template <typename S>
-using RowMajor = Eigen::Matrix<S, Eigen::Dynamic, 3, Eigen::RowMajor>;
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic>;
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
-template <typename S>
-Matrix<S> rowsOf(const std::vector<Vector3<S>>& points) {
-  Matrix<S> rows(Eigen::Index(points.size()), 3);
+Matrix rowsOf(const std::vector<fcl::Vector3d>& points) {
+  Matrix rows(Eigen::Index(points.size()), 3);
   for (std::size_t i = 0; i < points.size(); ++i) rows.row(Eigen::Index(i)) = points[i].transpose();
   return rows;
 }
 
-template <typename S>
 class EigenArguments : public testing::Test {
  protected:
-  DeformableMesh<S> body_{gridBall<S>(8, 5)};
-  std::vector<Vector3<S>> start_ = body_.vertices(), end_ = moved(start_);
+  DeformableMesh body_{gridBall(8, 5)};
+  std::vector<fcl::Vector3d> start_ = body_.vertices(), end_ = moved(start_);
 
-  static std::vector<Vector3<S>> moved(std::vector<Vector3<S>> points) {
-    for (Vector3<S>& p : points) p = Vector3<S>(S(0.1) * p[0], p[1] + S(0.25), S(-2) * p[2]);
+  static std::vector<fcl::Vector3d> moved(std::vector<fcl::Vector3d> points) {
+    for (fcl::Vector3d& p : points) p = fcl::Vector3d(0.1 * p[0], p[1] + 0.25, -2. * p[2]);
     return points;
   }
 };
-TYPED_TEST_SUITE(EigenArguments, MeshScalars);
 
 /// Layouts of the same numbers: calls check(matrix) for each.
-template <typename S, typename Check>
-void inEachLayout(const std::vector<Vector3<S>>& points, const Check& check) {
-  const Matrix<S> rows = rowsOf(points);
+template <typename Check>
+void inEachLayout(const std::vector<fcl::Vector3d>& points, const Check& check) {
+  const Matrix rows = rowsOf(points);
   check(rows);
-  check(Matrix<S>(rows.transpose()));
-  check(RowMajor<S>(rows));
-  check(Eigen::Matrix<S, 3, Eigen::Dynamic>(rows.transpose()));
-  check(Eigen::Map<const Eigen::Matrix<S, 3, Eigen::Dynamic>>(points[0].data(), 3, rows.rows()));
+  check(Matrix(rows.transpose()));
+  check(RowMajor(rows));
+  check(Eigen::Matrix<double, 3, Eigen::Dynamic>(rows.transpose()));
+  check(
+      Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(points[0].data(), 3, rows.rows()));
   check(2 * rows - rows);
   check(rows.transpose());
-  Matrix<S> wide = Matrix<S>::Constant(rows.rows() + 4, 7, 99);
+  Matrix wide = Matrix::Constant(rows.rows() + 4, 7, 99);
   wide.block(2, 1, rows.rows(), 3) = rows;
   check(wide.block(2, 1, rows.rows(), 3));
 }
 
-TYPED_TEST(EigenArguments, MotionsCopyMatrices) {
-  using S = TypeParam;
-  const Motion<S> expected(this->body_, this->start_, this->end_);
-  const double impact = earliestImpact(expected).time;
+TEST_F(EigenArguments, MotionsCopyMatrices) {
+  const Motion expected(this->body_, this->start_, this->end_);
+  const double impact = selfEarliestImpact(expected).time;
   ASSERT_GT(impact, 0);
   ASSERT_LT(impact, 1);
-  std::unique_ptr<Motion<S>> kept;
+  std::unique_ptr<Motion> kept;
   inEachLayout(this->end_, [&](const auto& end) {
     const Motion motion(this->body_, rowsOf(this->start_), end);
-    EXPECT_EQ(impact, earliestImpact(motion).time);
-    kept = std::make_unique<Motion<S>>(this->body_, rowsOf(this->start_), end);
+    EXPECT_EQ(impact, selfEarliestImpact(motion).time);
+    kept = std::make_unique<Motion>(this->body_, rowsOf(this->start_), end);
   });
-  const Motion<S> copy = *kept;  // shares the positions
+  const Motion copy = *kept;  // shares the positions
   kept.reset();
-  EXPECT_EQ(impact, earliestImpact(copy).time);
+  EXPECT_EQ(impact, selfEarliestImpact(copy).time);
   EXPECT_EQ(this->end_.back(), copy.end[this->end_.size() - 1]);
 
   const auto refuses = [&](const auto& from, const auto& to) {
-    EXPECT_THROW(Motion<S>(this->body_, from, to), std::invalid_argument);
+    EXPECT_THROW(Motion(this->body_, from, to), std::invalid_argument);
   };
-  const Matrix<S> rows = rowsOf(this->start_);
-  refuses(rows, Matrix<S>(rows.topRows(rows.rows() - 1)));
-  refuses(Matrix<S>(rows.topRows(5)), Matrix<S>(rows.topRows(5)));
-  refuses(Matrix<S>(rows.leftCols(2)), rows);
+  const Matrix rows = rowsOf(this->start_);
+  refuses(rows, Matrix(rows.topRows(rows.rows() - 1)));
+  refuses(Matrix(rows.topRows(5)), Matrix(rows.topRows(5)));
+  refuses(Matrix(rows.leftCols(2)), rows);
 }
 
-TYPED_TEST(EigenArguments, TwoFrameUpdatesTakeMatrices) {
-  using S = TypeParam;
+TEST_F(EigenArguments, TwoFrameUpdatesTakeMatrices) {
   inEachLayout(this->end_, [&](const auto& end) {
     this->body_.update(this->start_);
     this->body_.updateTwoFrames(end);
@@ -98,34 +92,33 @@ TYPED_TEST(EigenArguments, TwoFrameUpdatesTakeMatrices) {
     EXPECT_EQ(this->end_, this->body_.vertices());
   });
   EXPECT_THROW(this->body_.updateTwoFrames(rowsOf(this->end_).topRows(7)), std::invalid_argument);
-  EXPECT_THROW(this->body_.updateTwoFrames(Matrix<S>(rowsOf(this->end_).leftCols(2))),
+  EXPECT_THROW(this->body_.updateTwoFrames(Matrix(rowsOf(this->end_).leftCols(2))),
                std::invalid_argument);
   EXPECT_EQ(this->end_, this->body_.vertices());
 }
 
-TYPED_TEST(EigenArguments, PointsAndRays) {
-  using S = TypeParam;
-  const DeformableMesh<S>& mesh = this->body_;
-  std::vector<Vector3<S>> along;
-  for (const Vector3<S>& p : this->end_) along.push_back(Vector3<S>(S(0.3), S(0.1), 0) - p);
-  std::vector<adaptive_bvh::ClosestPoint<S>> nearest, nearest_of_matrix;
-  std::vector<adaptive_bvh::ClosestFeature<S>> features, features_of_matrix;
-  std::vector<S> distances, distances_of_matrix, windings, windings_of_matrix;
-  std::vector<adaptive_bvh::RayHit<S>> hits, hits_of_matrix;
+TEST_F(EigenArguments, PointsAndRays) {
+  const DeformableMesh& mesh = this->body_;
+  std::vector<fcl::Vector3d> along;
+  for (const fcl::Vector3d& p : this->end_) along.push_back(fcl::Vector3d(0.3, 0.1, 0) - p);
+  std::vector<adaptive_bvh::ClosestPoint> nearest, nearest_of_matrix;
+  std::vector<adaptive_bvh::ClosestFeature> features, features_of_matrix;
+  std::vector<double> distances, distances_of_matrix, windings, windings_of_matrix;
+  std::vector<adaptive_bvh::RayHit> hits, hits_of_matrix;
   std::vector<std::uint8_t> met, met_of_matrix;
   closestPoints(mesh, this->end_, nearest);
   closestFeatures(mesh, this->end_, 1, features);
   signedDistances(mesh, this->end_, distances);
   windingNumbers(mesh, this->end_, windings);
   firstHits(mesh, this->end_.data(), along.data(), along.size(), hits);
-  anyHits(mesh, this->end_, along, {0, S(0.5)}, met);
+  anyHits(mesh, this->end_, along, {0, 0.5}, met);
   inEachLayout(this->end_, [&](const auto& points) {
     closestPoints(mesh, points, nearest_of_matrix);
     closestFeatures(mesh, points, 1, features_of_matrix);
     signedDistances(mesh, points, distances_of_matrix);
     windingNumbers(mesh, points, windings_of_matrix);
     firstHits(mesh, points, rowsOf(along), hits_of_matrix);
-    anyHits(mesh, points, along, {0, S(0.5)}, met_of_matrix);
+    anyHits(mesh, points, along, {0, 0.5}, met_of_matrix);
     ASSERT_EQ(nearest.size(), nearest_of_matrix.size());
     for (std::size_t i = 0; i < nearest.size(); ++i) {
       EXPECT_EQ(nearest[i].point, nearest_of_matrix[i].point);
@@ -142,32 +135,31 @@ TYPED_TEST(EigenArguments, PointsAndRays) {
   closestPoints(mesh, {this->end_[3]}, nearest_of_matrix);
   ASSERT_EQ(1u, nearest_of_matrix.size());
   EXPECT_EQ(nearest[3].point, nearest_of_matrix[0].point);
-  const Matrix<S> rows = rowsOf(this->end_);
+  const Matrix rows = rowsOf(this->end_);
   EXPECT_EQ(nearest[3].point, closestPoint(mesh, rows.row(3)).point);
   EXPECT_EQ(hits[3].t, firstHit(mesh, rows.row(3), rowsOf(along).row(3)).t);
   EXPECT_THROW(firstHits(mesh, rows, rows.topRows(3), hits), std::invalid_argument);
-  EXPECT_THROW(closestPoints(mesh, Matrix<S>(rows.leftCols(2)), nearest), std::invalid_argument);
-  const Matrix<S> square = Matrix<S>::Identity(3, 3);
+  EXPECT_THROW(closestPoints(mesh, Matrix(rows.leftCols(2)), nearest), std::invalid_argument);
+  const Matrix square = Matrix::Identity(3, 3);
   EXPECT_THROW(closestPoints(mesh, square, nearest), std::invalid_argument);
-  closestPoints(mesh, RowMajor<S>(square), nearest);
+  closestPoints(mesh, RowMajor(square), nearest);
   EXPECT_EQ(3u, nearest.size());
 
-  adaptive_bvh::Scene<S> scene;
+  adaptive_bvh::Scene scene;
   scene.add(mesh);
   scene.update();
-  std::vector<adaptive_bvh::SceneRayHit<S>> of_scene;
+  std::vector<adaptive_bvh::SceneRayHit> of_scene;
   scene.firstHits(rows, along, of_scene);
   ASSERT_EQ(hits.size(), of_scene.size());
-  EXPECT_EQ(hits[3].t, of_scene[3].hit.t);
+  EXPECT_EQ(hits[3].t, of_scene[3].t);
 }
 
 /// An int is taken for the number.
-TYPED_TEST(EigenArguments, NumbersMayBeWrittenAsIntegers) {
-  using S = TypeParam;
-  const fcl::Transform3<S> origin = fcl::Transform3<S>::Identity();
-  const DeformableMesh<S> other(gridBall<S>(6, 4));
-  const fcl::Sphere<S> ball(1);
-  adaptive_bvh::VertexContacts<S> contacts, of_other;
+TEST_F(EigenArguments, NumbersMayBeWrittenAsIntegers) {
+  const fcl::Transform3d origin = fcl::Transform3d::Identity();
+  const DeformableMesh other(gridBall(6, 4));
+  const fcl::Sphered ball(1);
+  adaptive_bvh::VertexContacts contacts, of_other;
   EXPECT_GT(vertexContacts(this->body_, origin, ball, origin, 0, contacts) + 1, 0u);
   vertexContacts(this->body_, origin, other, origin, 0, contacts);
   vertexContacts(this->body_, origin, other, origin, 0, contacts, of_other);
@@ -176,13 +168,13 @@ TYPED_TEST(EigenArguments, NumbersMayBeWrittenAsIntegers) {
   EXPECT_TRUE(isNearer(this->body_, origin, other, origin, 1));
   EXPECT_TRUE(isNearer(this->body_, origin, ball, origin, 1));
   adaptive_bvh::FeaturePairs pairs;
-  EXPECT_EQ(0u, featurePairsWithin(this->body_, 0, pairs));
+  EXPECT_EQ(0u, selfFeaturePairsWithin(this->body_, 0, pairs));
   featurePairsWithin(this->body_, origin, other, origin, 0, pairs);
-  std::vector<S> clearances;
-  clearance(this->body_, origin, other, origin, 1, clearances);
-  signedClearance(this->body_, origin, other, origin, 1, clearances);
+  std::vector<double> clearances;
+  vertexDistances(this->body_, origin, other, origin, 1, clearances);
+  signedVertexDistances(this->body_, origin, other, origin, 1, clearances);
   EXPECT_EQ(this->start_.size(), clearances.size());
-  TriangleMesh<S> mesh = gridBall<S>(4, 3);
+  TriangleMesh mesh = gridBall(4, 3);
   weldVertices(mesh, 0);
 }
 

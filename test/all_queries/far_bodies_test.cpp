@@ -33,7 +33,7 @@ using adaptive_bvh::ShapeSearch;
 using adaptive_bvh::TreePair;
 using adaptive_bvh::WideNode;
 using exact::Real;
-using Mesh = TriangleMesh<double>;
+using Mesh = TriangleMesh;
 using Transform = fcl::Transform3d;
 
 /// Two meshes, placed.
@@ -48,10 +48,10 @@ struct Answer {
 };
 
 Answer askedOf(const Parts& parts) {
-  const DeformableMesh<double> mesh1(parts.first), mesh2(parts.second);
+  const DeformableMesh mesh1(parts.first), mesh2(parts.second);
   const PlacedMesh first(mesh1, parts.tf1), second(mesh2, parts.tf2);
-  const fcl::DistanceRequest<double> request(true);
-  fcl::DistanceResult<double> result;
+  const fcl::DistanceRequestd request(true);
+  fcl::DistanceResultd result;
   NearestPair nearest(first, second, {request, result});
   NearestSearch search(first, second, nearest);
   search.run();
@@ -79,7 +79,7 @@ class FarBodies : public testing::Test {
   enum class Kind { Plate, Rough, Box };
 
   Mesh part(Kind kind, int n, double size) {
-    Mesh mesh = plate<double>(n, n);
+    Mesh mesh = plate(n, n);
     for (auto& x : mesh.vertices) {
       x -= fcl::Vector3d(0.5, 0.5, 0);
       if (kind == Kind::Rough) x[2] += 1e-3 * random_.point()[2];
@@ -105,7 +105,7 @@ class FarBodies : public testing::Test {
   }
   /// A part below z = 0, and one above the gap, along the axes of their frames or not.
   Parts parts(double gap, unsigned seed, int n) {
-    RandomGeometry<double> random(seed);
+    RandomGeometry random(seed);
     const Kind kinds[] = {Kind::Plate, Kind::Box, Kind::Plate, Kind::Rough};
     const Kind kind1 = kinds[random.below(4)], kind2 = kinds[random.below(4)];
     const double ratio = random.below(2) ? 1 : random.size(-1, 1);
@@ -140,7 +140,7 @@ class FarBodies : public testing::Test {
     tf.linear() = tf.linear() * R.transpose();
   }
 
-  RandomGeometry<double> random_{521};
+  RandomGeometry random_{521};
 };
 
 /// Of plates, rough ones and boxes, equal in size or not, parallel or tilted, as they lie along
@@ -193,7 +193,7 @@ class CountingSearch final : public ShapeSearch {
                  const adaptive_bvh::ShapeCore& core)
       : ShapeSearch(adaptive_bvh::QueryTriangles(mesh), shape), search_(mesh, shape, core) {}
 
-  void nearest(const DistanceQuery<double>& query, const PointPair<double>& points,
+  void nearest(const DistanceQuery& query, const PointPair& points,
                const Test& test) const override {
     search_.nearest(query, points, [&](int triangle) {
       ++tests_;
@@ -211,12 +211,12 @@ class CountingSearch final : public ShapeSearch {
   mutable long tests_ = 0;
 };
 
-Answer askedOf(const Mesh& mesh, const Transform& tf, const fcl::ShapeBase<double>& shape,
+Answer askedOf(const Mesh& mesh, const Transform& tf, const fcl::ShapeBased& shape,
                const Transform& shape_tf) {
-  const DeformableMesh<double> deformable(mesh);
+  const DeformableMesh deformable(mesh);
   const PlacedMesh placed(deformable, tf);
-  const fcl::DistanceRequest<double> request(true);
-  fcl::DistanceResult<double> result;
+  const fcl::DistanceRequestd request(true);
+  fcl::DistanceResultd result;
   const adaptive_bvh::ShapeSolid solid(shape);
   const CountingSearch search(placed, {*solid, shape_tf}, solid.core());
   distanceToShape(search, {request, result});
@@ -248,7 +248,7 @@ TEST_F(FarBodies, ShapesAreAsFarAsByFormula) {
           for (const exact::Point& x : at) highest = std::max(highest, x[2]);
         }
         const double tolerance = 64 * 0x1p-52 * (4 + 3 * gap);
-        const auto check = [&](const fcl::ShapeBase<double>& shape, Real distance, long most) {
+        const auto check = [&](const fcl::ShapeBased& shape, Real distance, long most) {
           const Answer answer = askedOf(mesh, tf, shape, shape_tf);
           ASSERT_NEAR(answer.distance, std::max(double(distance), 0.), tolerance) << gap;
           ASSERT_LE(answer.work, kind == Kind::Plate ? most : size + size / 4) << gap;
@@ -281,7 +281,7 @@ TEST_F(FarBodies, CornersOfBoxesTakeAFewTests) {
                   64 * 0x1p-52 * (4 + 3 * gap));
       EXPECT_LE(answer.work, long(mesh.triangles.size() / (gap < 32 ? 4 : 8))) << gap;
       // Searches that begin with a limit, and find nothing as near for long.
-      const DeformableMesh<double> deformable(mesh);
+      const DeformableMesh deformable(mesh);
       const double distance = double(Real(shape_tf.translation()[2]) - below - highest);
       EXPECT_TRUE(adaptive_bvh::isNearer(deformable, tf, box, shape_tf, distance * (1 + 1e-9)));
       EXPECT_FALSE(adaptive_bvh::isNearer(deformable, tf, box, shape_tf, distance * (1 - 1e-9)));
@@ -299,7 +299,7 @@ TEST_F(FarBodies, NearestPointsAreThoseOfAllTriangles) {
         if (round % 2) turn(random_.rotation(), mesh, tf);
         const double aside = round % 4 < 2 ? 0.2 : 0.;  // 0: above a corner, with ties
         const fcl::Vector3d x = tf.linear().transpose() * fcl::Vector3d(aside / 3, aside, gap);
-        const DeformableMesh<double> deformable(mesh);
+        const DeformableMesh deformable(mesh);
         PointSearch search(adaptive_bvh::stateOf(deformable));
         PointSearch::Nearest found;
         search.search(x, found);
@@ -330,7 +330,7 @@ TEST_F(FarBodies, BoundsAlongALineAreThoseOfTriangles) {
   for (int round = 0; round < manySteps(12); ++round) {
     const double gap = round % 4 ? random_.size(-2, 9) : 0;
     const Parts parts = this->parts(gap, unsigned(1000 + round), 4);
-    const DeformableMesh<double> mesh1(parts.first), mesh2(parts.second);
+    const DeformableMesh mesh1(parts.first), mesh2(parts.second);
     const PlacedMesh first(mesh1, parts.tf1), second(mesh2, parts.tf2);
     const TreePair trees(first, second);
     const LocalBoxes boxes(first, second, trees.toFirst());

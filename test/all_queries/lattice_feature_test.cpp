@@ -17,19 +17,18 @@ using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::FeaturePair;
 using adaptive_bvh::FeaturePairs;
 
-template <typename S>
 class LatticeFeature : public testing::Test {
  protected:
-  using Mesh = DeformableMesh<S>;
-  using Points = std::vector<Vector3<S>>;
+  using Mesh = DeformableMesh;
+  using Points = std::vector<fcl::Vector3d>;
 
-  static quad::Triangle triangle(const TriangleMesh<S>& mesh, std::size_t t) {
+  static quad::Triangle triangle(const TriangleMesh& mesh, std::size_t t) {
     const auto& v = mesh.triangles[t];
     return {quad::of(mesh.vertices[v[0]]), quad::of(mesh.vertices[v[1]]),
             quad::of(mesh.vertices[v[2]])};
   }
   /// The first of all triangles that are as near, up to what quadruple precision rounds.
-  static int nearest(const TriangleMesh<S>& mesh, const Vector3<S>& x) {
+  static int nearest(const TriangleMesh& mesh, const fcl::Vector3d& x) {
     int best = -1;
     quad::Real least = 0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -40,16 +39,16 @@ class LatticeFeature : public testing::Test {
     }
     return best;
   }
-  static TriangleMesh<S> octahedron() {
-    TriangleMesh<S> mesh;
+  static TriangleMesh octahedron() {
+    TriangleMesh mesh;
     mesh.vertices = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
     mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
                       {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
     return mesh;
   }
   /// Each triangle becomes four, with the new corners in the middles of its sides.
-  static TriangleMesh<S> refined(const TriangleMesh<S>& mesh) {
-    TriangleMesh<S> fine;
+  static TriangleMesh refined(const TriangleMesh& mesh) {
+    TriangleMesh fine;
     std::map<std::pair<std::size_t, std::size_t>, std::size_t> middles;
     fine.vertices = mesh.vertices;
     const auto middle = [&](std::size_t a, std::size_t b) {
@@ -69,21 +68,22 @@ class LatticeFeature : public testing::Test {
   Points pointsOfLattice(int count) {
     Points points;
     for (int i = 0; i < count; ++i) {
-      const S step = S(1) / S(1 << random_.below(4));
-      points.push_back(step * Vector3<S>(S(random_.below(33) - 16), S(random_.below(33) - 16),
-                                         S(random_.below(33) - 16)));
+      const double step = 1. / double(1 << random_.below(4));
+      points.push_back(step * fcl::Vector3d(double(random_.below(33) - 16),
+                                            double(random_.below(33) - 16),
+                                            double(random_.below(33) - 16)));
     }
     return points;
   }
   /// In every order of the points, with and without a limit.
-  void expectNearest(const TriangleMesh<S>& mesh, Points points) {
+  void expectNearest(const TriangleMesh& mesh, Points points) {
     const Mesh body(mesh);
-    std::vector<adaptive_bvh::ClosestPoint<S>> closest;
-    std::vector<adaptive_bvh::ClosestFeature<S>> features;
+    std::vector<adaptive_bvh::ClosestPoint> closest;
+    std::vector<adaptive_bvh::ClosestFeature> features;
     for (int order = 0; order < 3; ++order) {
       std::shuffle(points.begin(), points.end(), random_.engine());
       closestPoints(body, points, closest);
-      closestFeatures(body, points, S(1e6), features);
+      closestFeatures(body, points, 1e6, features);
       for (std::size_t i = 0; i < points.size(); ++i) {
         const int expected = nearest(mesh, points[i]);
         ASSERT_EQ(expected, closest[i].triangle) << points[i].transpose();
@@ -92,35 +92,31 @@ class LatticeFeature : public testing::Test {
       }
     }
   }
-  TriangleMesh<S> shuffled(TriangleMesh<S> mesh) {
+  TriangleMesh shuffled(TriangleMesh mesh) {
     std::shuffle(mesh.triangles.begin(), mesh.triangles.end(), random_.engine());
     for (fcl::Triangle& t : mesh.triangles)
       for (int turns = random_.below(3); turns > 0; --turns) t = {t[1], t[2], t[0]};
     return mesh;
   }
 
-  RandomGeometry<S> random_{92};
+  RandomGeometry random_{92};
 };
 
-TYPED_TEST_SUITE(LatticeFeature, QueryScalars);
-
-TYPED_TEST(LatticeFeature, NearestTriangleOfAnOctahedronHasTheSmallestIndex) {
-  using S = TypeParam;
-  const DeformableMesh<S> mesh(this->octahedron());
-  EXPECT_EQ(4, closestPoint(mesh, Vector3<S>(S(0.1), S(0.4), S(-1.5))).triangle);
-  EXPECT_EQ(0, closestPoint(mesh, Vector3<S>(0, 0, 0)).triangle);
+TEST_F(LatticeFeature, NearestTriangleOfAnOctahedronHasTheSmallestIndex) {
+  const DeformableMesh mesh(this->octahedron());
+  EXPECT_EQ(4, closestPoint(mesh, fcl::Vector3d(0.1, 0.4, -1.5)).triangle);
+  EXPECT_EQ(0, closestPoint(mesh, fcl::Vector3d(0, 0, 0)).triangle);
 }
 
-TYPED_TEST(LatticeFeature, NearestTriangleHasTheSmallestIndex) {
-  using S = TypeParam;
+TEST_F(LatticeFeature, NearestTriangleHasTheSmallestIndex) {
   for (int body = 0; body < manySteps(4); ++body) {
-    TriangleMesh<S> mesh = this->octahedron();
+    TriangleMesh mesh = this->octahedron();
     for (int level = this->random_.below(3); level > 0; --level) mesh = this->refined(mesh);
-    for (Vector3<S>& p : mesh.vertices) p *= 8;
+    for (fcl::Vector3d& p : mesh.vertices) p *= 8;
     this->expectNearest(this->shuffled(mesh), this->pointsOfLattice(60));
-    this->expectNearest(this->shuffled(plate<S>(6, 5, 6, 5)), this->pointsOfLattice(60));
+    this->expectNearest(this->shuffled(plate(6, 5, 6, 5)), this->pointsOfLattice(60));
     // Vertices that coincide without being the same.
-    TriangleMesh<S> soup;
+    TriangleMesh soup;
     for (const fcl::Triangle& t : mesh.triangles)
       for (int k = 0; k < 3; ++k) soup.vertices.push_back(mesh.vertices[t[k]]);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -131,13 +127,12 @@ TYPED_TEST(LatticeFeature, NearestTriangleHasTheSmallestIndex) {
 
 /// On a ball no coordinates are whole, but triangles around a vertex or beside an edge still are
 /// exactly as near.
-TYPED_TEST(LatticeFeature, NearestTriangleAroundAVertexHasTheSmallestIndex) {
-  using S = TypeParam;
+TEST_F(LatticeFeature, NearestTriangleAroundAVertexHasTheSmallestIndex) {
   for (int body = 0; body < manySteps(1); ++body) {
-    TriangleMesh<S> mesh = this->refined(this->refined(this->octahedron()));
-    for (Vector3<S>& p : mesh.vertices) p = (p + S(0.1) * this->random_.point()).normalized();
-    std::vector<Vector3<S>> points;
-    for (const Vector3<S>& p : mesh.vertices) {
+    TriangleMesh mesh = this->refined(this->refined(this->octahedron()));
+    for (fcl::Vector3d& p : mesh.vertices) p = (p + 0.1 * this->random_.point()).normalized();
+    std::vector<fcl::Vector3d> points;
+    for (const fcl::Vector3d& p : mesh.vertices) {
       points.push_back(this->random_.uniform(1, 3) * p);
       points.push_back(p);
       points.push_back(3 * this->random_.point());
@@ -146,28 +141,26 @@ TYPED_TEST(LatticeFeature, NearestTriangleAroundAVertexHasTheSmallestIndex) {
   }
 }
 
-TYPED_TEST(LatticeFeature, VertexContactsNameTheSmallestIndex) {
-  using S = TypeParam;
-  const fcl::Transform3<S> still = fcl::Transform3<S>::Identity();
+TEST_F(LatticeFeature, VertexContactsNameTheSmallestIndex) {
+  const fcl::Transform3d still = fcl::Transform3d::Identity();
   for (int body = 0; body < manySteps(10); ++body) {
-    TriangleMesh<S> mesh = this->shuffled(this->refined(this->octahedron())), other = mesh;
-    for (Vector3<S>& p : mesh.vertices)
-      p = 8 * p + Vector3<S>(S(this->random_.below(9)), S(this->random_.below(9)), 3);
-    for (Vector3<S>& p : other.vertices) p *= 8;
-    adaptive_bvh::VertexContacts<S> contacts;
-    vertexContacts(DeformableMesh<S>(mesh), still, DeformableMesh<S>(other), still, S(1e3),
-                   contacts);
+    TriangleMesh mesh = this->shuffled(this->refined(this->octahedron())), other = mesh;
+    for (fcl::Vector3d& p : mesh.vertices)
+      p = 8 * p + fcl::Vector3d(double(this->random_.below(9)), double(this->random_.below(9)), 3);
+    for (fcl::Vector3d& p : other.vertices) p *= 8;
+    adaptive_bvh::VertexContacts contacts;
+    vertexContacts(DeformableMesh(mesh), still, DeformableMesh(other), still, 1e3, contacts);
     ASSERT_EQ(mesh.vertices.size(), contacts.size());
     for (std::size_t i = 0; i < contacts.size(); ++i)
       EXPECT_EQ(this->nearest(other, mesh.vertices[contacts.vertices[i]]), contacts.triangles[i]);
   }
 }
 
-class LatticeTouch : public LatticeFeature<double> {
+class LatticeTouch : public LatticeFeature {
  protected:
   /// A few triangles that share vertices, or are segments or points; whole numbers below `size`.
-  TriangleMesh<double> soupOf(int vertices, int triangles, int size) {
-    TriangleMesh<double> mesh;
+  TriangleMesh soupOf(int vertices, int triangles, int size) {
+    TriangleMesh mesh;
     for (int v = 0; v < vertices; ++v)
       mesh.vertices.emplace_back(random_.below(size), random_.below(size), random_.below(size));
     const auto corner = [&] { return std::size_t(random_.below(vertices)); };
@@ -192,7 +185,7 @@ TEST_F(LatticeTouch, FeaturePairsWithinZeroAreExact) {
     ASSERT_EQ(expected, featurePairs(found, first, second));
     ASSERT_EQ(count, found.size());
     touching += limit == 0 ? expected.size() : 0;
-    featurePairsWithin(Mesh(first), double(limit), found);
+    selfFeaturePairsWithin(Mesh(first), double(limit), found);
     ASSERT_EQ(featurePairs(first, first, limit, true), featurePairs(found, first, first, true));
   }
   EXPECT_GT(touching, 300u);
@@ -203,7 +196,7 @@ TEST_F(LatticeTouch, PairsOfAFlatClothAreThoseOfAllFeatures) {
   std::size_t near = 0;
   for (int round = 0; round < manySteps(20); ++round) {
     const int columns = 2 + random_.below(5), rows = 2 + random_.below(5), step = 6;
-    auto cloth = plate<double>(columns, rows, columns * step, rows * step);
+    auto cloth = plate(columns, rows, columns * step, rows * step);
     for (fcl::Vector3d& p : cloth.vertices) {
       p = p.unaryExpr([](double x) { return std::round(x); });
       if (!random_.oneIn(3)) continue;
@@ -211,14 +204,14 @@ TEST_F(LatticeTouch, PairsOfAFlatClothAreThoseOfAllFeatures) {
     }
     const int limit = random_.below(5);
     FeaturePairs found;
-    featurePairsWithin(Mesh(cloth), double(limit), found);
+    selfFeaturePairsWithin(Mesh(cloth), double(limit), found);
     const FeatureSet expected = featurePairs(cloth, cloth, limit, true);
     ASSERT_EQ(expected, featurePairs(found, cloth, cloth, true)) << limit;
     near += expected.size();
-    adaptive_bvh::ProximityRequest<double> request;
+    adaptive_bvh::ProximityRequest request;
     request.distance = limit;
-    adaptive_bvh::TrianglePairs<double> pairs;
-    pairsWithin(Mesh(cloth), request, pairs);
+    adaptive_bvh::TrianglePairs pairs;
+    selfPairsWithin(Mesh(cloth), request, pairs);
     std::size_t count = 0;
     for (std::size_t s = 0; s < cloth.triangles.size(); ++s)
       for (std::size_t t = s + 1; t < cloth.triangles.size(); ++t) {
@@ -237,31 +230,26 @@ TEST_F(LatticeTouch, IgnoredPairsOfOneMeshHaveTheSmallerNumberFirst) {
   const Mesh mesh(octahedron());
   const std::vector<FeaturePair> swapped = {{7, 2}}, right = {{2, 7}};
   FeaturePairs features;
-  adaptive_bvh::TrianglePairs<double> triangles;
-  adaptive_bvh::FeatureProximityRequest<double> of_features;
-  adaptive_bvh::ProximityRequest<double> of_triangles;
-  fcl::CollisionResult<double> contacts;
+  adaptive_bvh::TrianglePairs triangles;
+  adaptive_bvh::FeatureProximityRequest of_features;
+  adaptive_bvh::ProximityRequest of_triangles;
+  fcl::CollisionResultd contacts;
   for (const bool is_right : {true, false}) {
-    adaptive_bvh::IgnoredPairs ignored;
-    ignored.list = is_right ? &right : &swapped;
-    of_features.edge_edge = of_triangles.ignored = ignored;
+    adaptive_bvh::Ignored ignored;
+    ignored.edge_edge.list = ignored.triangles.list = is_right ? &right : &swapped;
+    of_features.ignored = of_triangles.ignored = ignored;
     const auto expect = [&](const auto& call) {
       if (is_right)
         EXPECT_NO_THROW(call());
       else
         EXPECT_THROW(call(), std::invalid_argument);
     };
-    expect([&] { featurePairsWithin(mesh, of_features, features); });
-    expect([&] { pairsWithin(mesh, of_triangles, triangles); });
-    expect([&] {
-      selfCollide(mesh, fcl::CollisionRequest<double>(), contacts,
-                  adaptive_bvh::NeighbourFilter::SharedVertex, ignored);
-    });
+    expect([&] { selfFeaturePairsWithin(mesh, of_features, features); });
+    expect([&] { selfPairsWithin(mesh, of_triangles, triangles); });
+    expect([&] { selfCollide(mesh, ignored, fcl::CollisionRequestd(), contacts); });
   }
   // Of two meshes any order has a meaning.
-  adaptive_bvh::IgnoredPairs ignored;
-  ignored.list = &swapped;
-  of_features.edge_edge = ignored;
+  of_features.ignored.edge_edge.list = &swapped;
   const fcl::Transform3d still = fcl::Transform3d::Identity();
   EXPECT_NO_THROW(featurePairsWithin(mesh, still, mesh, still, of_features, features));
 }

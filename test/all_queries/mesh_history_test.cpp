@@ -23,16 +23,15 @@ using adaptive_bvh::CoherentProximity;
 using adaptive_bvh::DeformableMesh;
 using exact::Real;
 
-template <typename S>
 class MeshHistory : public testing::Test {
  protected:
-  using Mesh = DeformableMesh<S>;
-  using Point = Vector3<S>;
+  using Mesh = DeformableMesh;
+  using Point = fcl::Vector3d;
   using Points = std::vector<Point>;
 
-  static fcl::Transform3<S> identity() { return fcl::Transform3<S>::Identity(); }
+  static fcl::Transform3d identity() { return fcl::Transform3d::Identity(); }
 
-  static Mesh triangleAt(S z) {
+  static Mesh triangleAt(double z) {
     return Mesh(Points{Point(0, 0, z), Point(1, 0, z), Point(0, 1, z)}, {{0, 1, 2}});
   }
   static exact::Triangle triangleOf(const Mesh& mesh, const fcl::Triangle& t) {
@@ -56,7 +55,7 @@ class MeshHistory : public testing::Test {
 
   /// Positions for random indices, most of them more than once, which lead back and forth or far
   /// away by small steps.
-  void someSteps(const Points& from, S step, std::vector<unsigned>& indices, Points& to) {
+  void someSteps(const Points& from, double step, std::vector<unsigned>& indices, Points& to) {
     indices.clear();
     to.clear();
     const int vertices = 1 + random_.below(3);
@@ -74,33 +73,30 @@ class MeshHistory : public testing::Test {
     }
   }
 
-  RandomGeometry<S> random_{20265};
+  RandomGeometry random_{20265};
 };
-TYPED_TEST_SUITE(MeshHistory, MeshScalars);
 
 /// A vertex that is named four times comes near step by step: the kept bound has to see all of it.
-TYPED_TEST(MeshHistory, CountsAllStepsOfARepeatedIndex) {
-  using S = TypeParam;
-  using Point = Vector3<S>;
+TEST_F(MeshHistory, CountsAllStepsOfARepeatedIndex) {
+  using Point = fcl::Vector3d;
   const auto identity = this->identity();
   const auto lower = this->triangleAt(0);
   auto upper = this->triangleAt(3);
-  CoherentProximity<S> pair(lower, upper);
-  EXPECT_FALSE(pair.isNearer(identity, identity, S(0.5)));
-  upper.update(std::vector<int>{0, 0, 0, 0}, {Point(0, 0, S(2.275)), Point(0, 0, S(1.55)),
-                                              Point(0, 0, S(0.825)), Point(0, 0, S(0.1))});
+  CoherentProximity pair(lower, upper);
+  EXPECT_FALSE(pair.isNearer(identity, identity, 0.5));
+  upper.update(std::vector<int>{0, 0, 0, 0},
+               {Point(0, 0, 2.275), Point(0, 0, 1.55), Point(0, 0, 0.825), Point(0, 0, 0.1)});
   EXPECT_GE(upper.lastUpdate().largest_displacement, 2.9 - 1e-6);
   EXPECT_LE(upper.lastUpdate().largest_displacement, 2.9 + 1e-5);
-  EXPECT_TRUE(pair.isNearer(identity, identity, S(0.5)));
-  EXPECT_FALSE(pair.isNearer(identity, identity, S(0.05)));
+  EXPECT_TRUE(pair.isNearer(identity, identity, 0.5));
+  EXPECT_FALSE(pair.isNearer(identity, identity, 0.05));
 }
 
 /// There and back in one call is no motion; and what lies between leaves no trace in the box.
-TYPED_TEST(MeshHistory, TakesTheLastPositionOfARepeatedIndexOnly) {
-  using S = TypeParam;
-  using Point = Vector3<S>;
+TEST_F(MeshHistory, TakesTheLastPositionOfARepeatedIndexOnly) {
+  using Point = fcl::Vector3d;
   auto mesh = this->triangleAt(0);
-  const fcl::AABB<S> box = mesh.aabb_local;
+  const fcl::AABBd box = mesh.aabb_local;
   mesh.update(std::vector<int>{1, 1}, {Point(7, 8, 9), Point(1, 0, 0)});
   EXPECT_EQ(0, mesh.lastUpdate().largest_displacement);
   EXPECT_EQ(box.min_, mesh.aabb_local.min_);
@@ -113,15 +109,14 @@ TYPED_TEST(MeshHistory, TakesTheLastPositionOfARepeatedIndexOnly) {
 }
 
 /// The reported motion is that from before a call to after it, of a mesh and of a model with one.
-TYPED_TEST(MeshHistory, ReportsTheMotionOfEachWholeCall) {
-  using S = TypeParam;
-  using Model = adaptive_bvh::AdaptiveBVHModel<fcl::RSS<S>>;
-  DeformableMesh<S> mesh(plate<S>(3, 3));
+TEST_F(MeshHistory, ReportsTheMotionOfEachWholeCall) {
+  using Model = adaptive_bvh::AdaptiveBVHModel<fcl::RSSd>;
+  DeformableMesh mesh(plate(3, 3));
   Model model;
-  fillModel(plate<S>(3, 3), model);
+  fillModel(plate(3, 3), model);
   model.mesh();
   std::vector<unsigned> indices;
-  std::vector<Vector3<S>> to;
+  std::vector<fcl::Vector3d> to;
   for (int i = 0; i < manySteps(1000); ++i) {
     const auto before = mesh.vertices();
     this->someSteps(before, this->random_.size(-6, 1), indices, to);
@@ -135,8 +130,8 @@ TYPED_TEST(MeshHistory, ReportsTheMotionOfEachWholeCall) {
          {mesh.lastUpdate().largest_displacement, model.lastUpdate().largest_displacement,
           model.mesh().lastUpdate().largest_displacement}) {
       EXPECT_GE(Real(reported), motion);
-      EXPECT_LE(Real(reported), motion * (1 + 32 * Real(std::numeric_limits<S>::epsilon())) +
-                                    4 * Real(adaptive_bvh::rounding::tiny<S>()));
+      EXPECT_LE(Real(reported), motion * (1 + 32 * Real(std::numeric_limits<double>::epsilon())) +
+                                    4 * Real(adaptive_bvh::rounding::tiny<double>()));
     }
     std::string reason;
     ASSERT_TRUE(mesh.validate(&reason) && model.validate(&reason)) << reason;
@@ -144,22 +139,21 @@ TYPED_TEST(MeshHistory, ReportsTheMotionOfEachWholeCall) {
 }
 
 /// Two meshes through every kind of change; between any two questions there may be several.
-TYPED_TEST(MeshHistory, KeepsNoAnswerTooLong) {
-  using S = TypeParam;
-  using Mesh = typename TestFixture::Mesh;
+TEST_F(MeshHistory, KeepsNoAnswerTooLong) {
+  using Mesh = Mesh;
   auto& random = this->random_;
   const auto identity = this->identity();
   long kept = 0, asked = 0;
   for (int body = 0; body < manySteps(40); ++body) {
-    Mesh a(plate<S>(2, 2)), b(plate<S>(1, 2));
-    moveVertices(b, [](Vector3<S>& p) { p[2] += 1; });
-    CoherentProximity<S> proximity(a, b);
-    CoherentDistance<S> distance(a, b);
+    Mesh a(plate(2, 2)), b(plate(1, 2));
+    moveVertices(b, [](fcl::Vector3d& p) { p[2] += 1; });
+    CoherentProximity proximity(a, b);
+    CoherentDistance distance(a, b);
     std::vector<Mesh> snapshots{a, b};
     std::vector<unsigned> indices;
-    std::vector<Vector3<S>> to;
+    std::vector<fcl::Vector3d> to;
     const auto change = [&](Mesh& mesh) {
-      const S step = random.size(-3, -0.5);
+      const double step = random.size(-3, -0.5);
       auto all = mesh.vertices();
       for (auto& p : all) p += random.point() * step;
       switch (random.below(9)) {
@@ -171,7 +165,7 @@ TYPED_TEST(MeshHistory, KeepsNoAnswerTooLong) {
           mesh.update(indices, to);
           break;
         case 4:
-          mesh.update(std::vector<Vector3<S>>(
+          mesh.update(std::vector<fcl::Vector3d>(
               mesh.previousVertices().empty() ? mesh.vertices() : mesh.previousVertices()));
           break;
         case 5: snapshots[&mesh == &b] = mesh; break;
@@ -185,23 +179,23 @@ TYPED_TEST(MeshHistory, KeepsNoAnswerTooLong) {
           break;
         }
         default:
-          all[0][1] = std::numeric_limits<S>::infinity();
+          all[0][1] = std::numeric_limits<double>::infinity();
           EXPECT_THROW(mesh.update(all), std::invalid_argument);
       }
     };
     for (int i = 0; i < 60; ++i) {
       for (int k = random.below(3); k >= 0; --k) change(random.oneIn(2) ? a : b);
       const Real exactly = this->distanceOf(a, b), rounding = 1e-13L;
-      const S limit = S(exactly) * random.uniform(S(0.6), S(1.2));
+      const double limit = double(exactly) * random.uniform(0.6, 1.2);
       const std::size_t before = proximity.searches();
       const bool answer = proximity.isNearer(identity, identity, limit);
       if (std::abs(exactly - limit) > rounding) {
         ASSERT_EQ(exactly <= limit, answer) << double(exactly) << " " << limit;
       }
-      fcl::DistanceResult<S> result;
-      distance.distance(identity, identity, fcl::DistanceRequest<S>(), result);
+      fcl::DistanceResultd result;
+      distance.distance(identity, identity, fcl::DistanceRequestd(), result);
       EXPECT_NEAR(double(exactly), double(result.min_distance),
-                  8 * double(std::numeric_limits<S>::epsilon()) * (1 + double(exactly)));
+                  8 * double(std::numeric_limits<double>::epsilon()) * (1 + double(exactly)));
       kept += before == proximity.searches();
       ++asked;
     }
@@ -210,18 +204,17 @@ TYPED_TEST(MeshHistory, KeepsNoAnswerTooLong) {
 }
 
 /// One mesh becomes an older snapshot of itself while the other moves on, farther than that.
-TYPED_TEST(MeshHistory, SeesAnOlderSnapshotBesideAMotion) {
-  using S = TypeParam;
+TEST_F(MeshHistory, SeesAnOlderSnapshotBesideAMotion) {
   const auto identity = this->identity();
   auto lower = this->triangleAt(0), upper = this->triangleAt(3);
   moveVertices(lower, [](auto& p) { p[2] += 1; });
   const auto high = lower;  // at 1, with the way of 1
   moveVertices(lower, [](auto& p) { p[2] -= 1; });
-  CoherentProximity<S> pair(lower, upper);
-  EXPECT_FALSE(pair.isNearer(identity, identity, S(0.75)));  // a bound of more than 1.5
+  CoherentProximity pair(lower, upper);
+  EXPECT_FALSE(pair.isNearer(identity, identity, 0.75));  // a bound of more than 1.5
   lower = high;
-  moveVertices(upper, [](auto& p) { p[2] -= S(1.25); });
-  EXPECT_TRUE(pair.isNearer(identity, identity, S(0.8)));
+  moveVertices(upper, [](auto& p) { p[2] -= 1.25; });
+  EXPECT_TRUE(pair.isNearer(identity, identity, 0.8));
 }
 
 }  // namespace mesh_history_test

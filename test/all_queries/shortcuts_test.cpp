@@ -27,8 +27,8 @@ namespace adaptive_bvh_test {
 namespace shortcuts_test {
 
 using namespace adaptive_bvh;
-using Mesh = TriangleMesh<double>;
-using Body = DeformableMesh<double>;
+using Mesh = TriangleMesh;
+using Body = DeformableMesh;
 using Point = fcl::Vector3d;
 using Points = std::vector<Point>;
 
@@ -101,8 +101,8 @@ struct Input {
 class Asked {
  public:
   explicit Asked(const Input& input) : in_(input), first_(input.first), second_(input.second) {
-    first_.setQueryThreads(3);
-    second_.setQueryThreads(3);
+    first_.setThreads(3);
+    second_.setThreads(3);
   }
 
   Answers answers() {
@@ -122,8 +122,8 @@ class Asked {
     fcl::DistanceRequestd request(true);
     std::vector<double> lengths;
     std::vector<long> nearer;
-    CoherentDistance<double> distance(first_, second_);
-    CoherentProximity<double> proximity(first_, second_);
+    CoherentDistance distance(first_, second_);
+    CoherentProximity proximity(first_, second_);
     for (int step = 0; step < 3; ++step) {
       fcl::DistanceResultd alone, kept;
       lengths.push_back(
@@ -140,19 +140,19 @@ class Asked {
   /// Sets through the step of the first mesh and back, and a little beside both.
   void contactSets() {
     for (const ContactElements elements : {ContactElements::Triangles, ContactElements::Features}) {
-      ContactSetRequest<double> request;
+      ContactSetRequest request;
       request.distance = in_.limit;
       request.elements = elements;
       Body moving(in_.first);
-      moving.setQueryThreads(3);
-      ContactSet<double> own(moving, request), both(moving, second_, request);
+      moving.setThreads(3);
+      ContactSet own(moving, request), both(moving, second_, request);
       for (const double part : {0., 1e-3, 1., 1., 0.}) {
         Points now = in_.first.vertices;
         for (std::size_t v = 0; v < now.size(); ++v) now[v] += part * (in_.moved[v] - now[v]);
         moving.update(now);
         own.update();
         both.update(in_.tf1, in_.tf2);
-        for (const ContactSet<double>* set : {&own, &both}) {
+        for (const ContactSet* set : {&own, &both}) {
           answers_.addWhole("ContactSet, triangles", sortedPairs(set->triangles()));
           for (const FeatureKind kind :
                {FeatureKind::VertexFace, FeatureKind::FaceVertex, FeatureKind::EdgeEdge})
@@ -162,19 +162,19 @@ class Asked {
     }
   }
   void pairs() {
-    ProximityRequest<double> request;
+    ProximityRequest request;
     request.distance = in_.limit;
-    TrianglePairs<double> found;
+    TrianglePairs found;
     pairsWithin(first_, in_.tf1, second_, in_.tf2, request, found);
     answers_.addWhole("pairsWithin of two", sortedPairs(found.triangles));
-    pairsWithin(first_, request, found);
+    selfPairsWithin(first_, request, found);
     answers_.addWhole("pairsWithin of one", sortedPairs(found.triangles));
     FeaturePairs features;
     featurePairsWithin(first_, in_.tf1, second_, in_.tf2, in_.limit, features);
     answers_.addWhole("vertex and face", sortedPairs(features.vertex_face));
     answers_.addWhole("face and vertex", sortedPairs(features.face_vertex));
     answers_.addWhole("edges", sortedPairs(features.edge_edge));
-    featurePairsWithin(first_, in_.limit, features);
+    selfFeaturePairsWithin(first_, in_.limit, features);
     answers_.addWhole("own vertex and face", sortedPairs(features.vertex_face));
     answers_.addWhole("own edges", sortedPairs(features.edge_edge));
   }
@@ -189,21 +189,21 @@ class Asked {
     for (const auto filter : {NeighbourFilter::SharedVertex, NeighbourFilter::SharedEdge,
                               NeighbourFilter::BeyondShared}) {
       own.clear();
-      selfCollide(first_, fcl::CollisionRequestd(kAll, true), own, filter);
+      selfCollide(first_, {filter}, fcl::CollisionRequestd(kAll, true), own);
       answers_.addWhole("selfCollide", sortedContacts(own));
     }
   }
   void pointsAndRays() {
-    std::vector<ClosestPoint<double>> nearest;
+    std::vector<ClosestPoint> nearest;
     closestPoints(first_, in_.points, nearest);
-    std::vector<RayHit<double>> hits;
+    std::vector<RayHit> hits;
     firstHits(first_, in_.points.data(), in_.directions.data(), in_.points.size(), hits);
     std::vector<long> triangles, hit;
     std::vector<double> distances, turns;
     for (std::size_t i = 0; i < in_.points.size(); ++i) {
       triangles.push_back(nearest[i].triangle);
       distances.push_back(nearest[i].distance);
-      std::vector<RayHit<double>> all;
+      std::vector<RayHit> all;
       rayHits(first_, in_.points[i], in_.directions[i], all);
       hit.push_back(long(all.size()));
       // Hits whose t are equal up to rounding may change places.
@@ -218,7 +218,7 @@ class Asked {
     answers_.addReal("winding numbers", turns);
   }
   void motion() {
-    const Motion<double> first(first_, in_.first.vertices, in_.moved, in_.tf1, in_.tf1),
+    const Motion first(first_, in_.first.vertices, in_.moved, in_.tf1, in_.tf1),
         second(second_, in_.second.vertices, in_.second.vertices, in_.tf2, in_.tf2);
     FeaturePairs features;
     candidates(first, second, 0, features);
@@ -226,20 +226,20 @@ class Asked {
     std::vector<double> times;
     for (const double separation : {0., in_.limit / 8}) {
       times.push_back(std::min(2., earliestImpact(first, second, separation).time) * in_.size);
-      times.push_back(std::min(2., earliestImpact(first, separation).time) * in_.size);
+      times.push_back(std::min(2., selfEarliestImpact(first, separation).time) * in_.size);
     }
     answers_.addReal("times of impact", times);
     std::vector<double> safe;
-    safeDisplacements(first, 0, safe);
+    selfSafeDisplacements(first, 0, safe);
     answers_.addReal("safe displacements", safe);
-    truncateMotion(first, 0, safe);
+    selfTruncateMotion(first, 0, safe);
     answers_.addReal("shares of ways", safe);
   }
   void closed() {
     std::vector<double> distances, volumes;
     signedDistances(first_, in_.points, distances);
     answers_.addReal("signed distances", distances);
-    ContactRegions<double> regions;
+    ContactRegions regions;
     contactRegions(first_, in_.tf1, second_, in_.tf2, regions);
     std::sort(regions.volumes.begin(), regions.volumes.end());
     double sum = 0;
@@ -247,7 +247,7 @@ class Asked {
     answers_.addWhole("regions", {long(regions.size()), long(regions.curve_points.size())});
     // 1e-12 of the size's cube, at least.
     answers_.addReal("volume", {sum / (in_.size * in_.size)});
-    VertexContacts<double> contacts;
+    VertexContacts contacts;
     vertexContacts(first_, in_.tf1, second_, in_.tf2, in_.limit, contacts);
     answers_.addWhole("vertex contacts",
                       std::vector<long>(contacts.triangles.begin(), contacts.triangles.end()));
@@ -260,7 +260,7 @@ class Asked {
 };
 
 /// Small whole numbers: triangles share planes, edges lie along each other, distances are ties.
-Mesh latticeSoup(RandomGeometry<double>& random, int triangles) {
+Mesh latticeSoup(RandomGeometry& random, int triangles) {
   Mesh mesh;
   for (int i = 0; i < 3 * triangles; ++i)
     mesh.vertices.emplace_back(random.below(5), random.below(5), random.below(5));
@@ -269,15 +269,15 @@ Mesh latticeSoup(RandomGeometry<double>& random, int triangles) {
   return mesh;
 }
 /// A sheet on whole numbers that is folded back on itself, so that halves coincide.
-Mesh foldedSheet(RandomGeometry<double>& random) {
-  Mesh mesh = plate<double>(8, 4, 8, 4);
+Mesh foldedSheet(RandomGeometry& random) {
+  Mesh mesh = plate(8, 4, 8, 4);
   const double fold = random.below(8), up = random.below(2);
   for (Point& p : mesh.vertices)
     if (p[0] > fold) p = Point(2 * fold - p[0], p[1], up);
   return mesh;
 }
 
-Input makeInput(RandomGeometry<double>& random) {
+Input makeInput(RandomGeometry& random) {
   Input in;
   const int kind = random.below(5);
   const bool on_lattice = kind == 1 || kind == 2 || kind == 4;
@@ -287,8 +287,8 @@ Input makeInput(RandomGeometry<double>& random) {
       case 0: return closedBody(random);
       case 1: return latticeSoup(random, 60);
       case 2: return foldedSheet(random);
-      case 3: return soup<double>(80, random.engine());
-      default: return latticeBox<double>(2 + random.below(3));
+      case 3: return soup(80, random.engine());
+      default: return latticeBox(2 + random.below(3));
     }
   };
   in.first = make();
@@ -308,7 +308,7 @@ Input makeInput(RandomGeometry<double>& random) {
   double step = 0.1;
   if (kind == 0 && random.oneIn(2)) {  // two lentils that nearly coincide
     for (Mesh* mesh : {&in.first, &in.second}) {
-      *mesh = gridBall<double>(9, 7);
+      *mesh = gridBall(9, 7);
       for (Point& p : mesh->vertices) p[2] *= 1e-6;
     }
     in.tf2 = in.tf1 * Eigen::AngleAxisd(1e-7, random.direction());
@@ -356,7 +356,7 @@ void expectEqual(const Answers& with, const Answers& without, double size) {
 
 /// Queries have the same answers without any one shortcut.
 TEST(Shortcuts, DoNotChangeAnswers) {
-  RandomGeometry<double> random(54003);
+  RandomGeometry random(54003);
   for (int trial = 0; trial < manySteps(24); ++trial) {
     const Input input = makeInput(random);
     const Answers with = Asked(input).answers();
@@ -376,14 +376,14 @@ TEST(Shortcuts, DoNotChangeVolumes) {
   const auto volumes = [](const Mesh& mesh) -> std::vector<fcl::RSSd> {
     Model model;
     EXPECT_EQ(fcl::BVH_OK, fillModel(mesh, model));
-    model.setUpdateThreads(3);
-    Deformation<double> deformation(mesh, Deformation<double>::Kind::Jerky, 7);
+    model.setThreads(3);
+    Deformation deformation(mesh, Deformation::Kind::Jerky, 7);
     for (int step = 0; step < 6; ++step) model.update(deformation.next());
     std::vector<fcl::RSSd> all;
     for (int i = 0; i < model.getNumBVs(); ++i) all.push_back(model.getBV(i).bv);
     return all;
   };
-  const Mesh mesh = tube<double>(24, 40);
+  const Mesh mesh = tube(24, 40);
   const std::vector<fcl::RSSd> with = volumes(mesh);
   for (const Shortcut shortcut : {Shortcut::Avx2, Shortcut::Threads}) {
     const Without without(shortcut);
@@ -407,7 +407,7 @@ TEST(Shortcuts, EveryExactDecisionIsTaken) {
     for (int d = 0; d < int(ExactDecision::kCount); ++d)
       counts.push_back(exactDecisions(ExactDecision(d)));
     take(Shortcut::RoundedPredicates, is_rounded);
-    RandomGeometry<double> random(54004);
+    RandomGeometry random(54004);
     for (int trial = 0; trial < 24; ++trial) Asked(makeInput(random)).answers();
     take(Shortcut::RoundedPredicates, true);
     for (int d = 0; d < int(ExactDecision::kCount); ++d)

@@ -18,14 +18,14 @@ namespace adaptive_bvh_test {
 namespace small_coordinates_test {
 
 using adaptive_bvh::DeformableMesh;
-using Mesh = DeformableMesh<double>;
+using Mesh = DeformableMesh;
 using Points = std::vector<fcl::Vector3d>;
 
 const fcl::Transform3d kStill = fcl::Transform3d::Identity();
 
 /// A mesh on a lattice, and the length of its step, a power of two.
 struct Lattice {
-  TriangleMesh<double> mesh;
+  TriangleMesh mesh;
   int exponent;
 
   Lattice times(int power) const {
@@ -39,8 +39,8 @@ struct Lattice {
 class SmallCoordinates : public testing::Test {
  protected:
   /// A tetrahedron or a few triangles with corners from -16 to 16, moved along x.
-  TriangleMesh<double> body(bool is_closed, int away) {
-    TriangleMesh<double> mesh;
+  TriangleMesh body(bool is_closed, int away) {
+    TriangleMesh mesh;
     const int corners = is_closed ? 4 : 6;
     do {
       mesh.vertices.clear();
@@ -53,22 +53,22 @@ class SmallCoordinates : public testing::Test {
     } while (is_closed && volume(mesh) <= 0);
     return mesh;
   }
-  static double volume(const TriangleMesh<double>& m) {
+  static double volume(const TriangleMesh& m) {
     const Points& p = m.vertices;
     return (p[1] - p[0]).cross(p[2] - p[0]).dot(p[3] - p[0]);
   }
-  static quad::Triangle triangle(const TriangleMesh<double>& mesh, std::size_t t) {
+  static quad::Triangle triangle(const TriangleMesh& mesh, std::size_t t) {
     const auto& v = mesh.triangles[t];
     return {quad::of(mesh.vertices[v[0]]), quad::of(mesh.vertices[v[1]]),
             quad::of(mesh.vertices[v[2]])};
   }
-  static double distance(const fcl::Vector3d& x, const TriangleMesh<double>& mesh) {
+  static double distance(const fcl::Vector3d& x, const TriangleMesh& mesh) {
     quad::Real least = std::numeric_limits<double>::max();
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
       least = std::min(least, quad::distance(quad::of(x), triangle(mesh, t)));
     return double(least);
   }
-  static double distance(const TriangleMesh<double>& a, const TriangleMesh<double>& b) {
+  static double distance(const TriangleMesh& a, const TriangleMesh& b) {
     quad::Real least = std::numeric_limits<double>::max();
     for (std::size_t s = 0; s < a.triangles.size(); ++s)
       for (std::size_t t = 0; t < b.triangles.size(); ++t) {
@@ -99,23 +99,23 @@ class SmallCoordinates : public testing::Test {
     tryAt(-1074);
   }
 
-  RandomGeometry<double> random_{91};
+  RandomGeometry random_{91};
 };
 
 TEST_F(SmallCoordinates, DistancesOfMeshesAreRight) {
   forEachSize([&](int exponent) {
-    const TriangleMesh<double> first = body(false, 0), second = body(false, random_.below(30));
+    const TriangleMesh first = body(false, 0), second = body(false, random_.below(30));
     const double expected = distance(first, second);
     const Mesh a(Lattice{first, 0}.times(exponent).mesh),
         b(Lattice{second, 0}.times(exponent).mesh);
-    fcl::DistanceRequest<double> request(true);
-    fcl::DistanceResult<double> result;
-    adaptive_bvh::distance<double>(&a, kStill, &b, kStill, request, result);
+    fcl::DistanceRequestd request(true);
+    fcl::DistanceResultd result;
+    adaptive_bvh::distance(&a, kStill, &b, kStill, request, result);
     expectLength(expected, result.min_distance, exponent);
     expectLength(expected, result.nearest_points[0], result.nearest_points[1], exponent);
     EXPECT_EQ(expected == 0, result.min_distance == 0);
     const auto isNearer = [&](double steps) {
-      return adaptive_bvh::isNearer<double>(a, kStill, b, kStill, std::ldexp(steps, exponent));
+      return adaptive_bvh::isNearer(a, kStill, b, kStill, std::ldexp(steps, exponent));
     };
     EXPECT_EQ(expected == 0, isNearer(0));
     EXPECT_TRUE(isNearer(std::ceil(expected + 1)));
@@ -123,7 +123,7 @@ TEST_F(SmallCoordinates, DistancesOfMeshesAreRight) {
       EXPECT_FALSE(isNearer(std::floor(expected - 1)));
     }
     std::vector<double> clearances;
-    adaptive_bvh::clearance<double>(a, kStill, b, kStill, 1e300, clearances);
+    adaptive_bvh::vertexDistances(a, kStill, b, kStill, 1e300, clearances);
     for (std::size_t v = 0; v < clearances.size(); ++v)
       expectLength(distance(first.vertices[v], second), clearances[v], exponent);
   });
@@ -131,7 +131,7 @@ TEST_F(SmallCoordinates, DistancesOfMeshesAreRight) {
 
 TEST_F(SmallCoordinates, PointsHaveTheirDistancesAndNormals) {
   forEachSize([&](int exponent) {
-    const TriangleMesh<double> mesh = body(true, 0);
+    const TriangleMesh mesh = body(true, 0);
     const Mesh small(Lattice{mesh, 0}.times(exponent).mesh);
     Points points, small_points;
     for (int i = 0; i < 20; ++i) {
@@ -139,7 +139,7 @@ TEST_F(SmallCoordinates, PointsHaveTheirDistancesAndNormals) {
       small_points.push_back(points.back());
       for (double& x : small_points.back()) x = std::ldexp(x, exponent);
     }
-    std::vector<adaptive_bvh::ClosestFeature<double>> features;
+    std::vector<adaptive_bvh::ClosestFeature> features;
     adaptive_bvh::closestFeatures(small, small_points, 1e300, features);
     std::vector<double> distances;
     adaptive_bvh::signedDistances(small, small_points, distances);
@@ -162,11 +162,11 @@ TEST_F(SmallCoordinates, PointsHaveTheirDistancesAndNormals) {
 
 TEST_F(SmallCoordinates, ContactsAndSignedDistancesAreThoseOfTheLargeBodies) {
   forEachSize([&](int exponent) {
-    const TriangleMesh<double> first = body(true, 0), second = body(true, random_.below(20));
+    const TriangleMesh first = body(true, 0), second = body(true, random_.below(20));
     const Mesh large1(first), large2(second);
     const Mesh small1(Lattice{first, 0}.times(exponent).mesh),
         small2(Lattice{second, 0}.times(exponent).mesh);
-    adaptive_bvh::VertexContacts<double> large, small;
+    adaptive_bvh::VertexContacts large, small;
     vertexContacts(large1, kStill, large2, kStill, 4., large);
     vertexContacts(small1, kStill, small2, kStill, std::ldexp(4., exponent), small);
     if (exponent < -1050) return;  // a distance of 4.2 is rounded to 4
@@ -191,7 +191,7 @@ TEST_F(SmallCoordinates, ContactsAndSignedDistancesAreThoseOfTheLargeBodies) {
 
 TEST_F(SmallCoordinates, PairsOfFeaturesAreThoseOfTheLargeBodies) {
   forEachSize([&](int exponent) {
-    const TriangleMesh<double> first = body(false, 0), second = body(false, random_.below(12));
+    const TriangleMesh first = body(false, 0), second = body(false, random_.below(12));
     const Mesh a(Lattice{first, 0}.times(exponent).mesh),
         b(Lattice{second, 0}.times(exponent).mesh);
     const int limit = random_.below(3);
@@ -206,26 +206,25 @@ TEST_F(SmallCoordinates, PairsOfFeaturesAreThoseOfTheLargeBodies) {
 TEST_F(SmallCoordinates, LargeBodiesMayHaveTinyParts) {
   for (const double tiny : {1e-20, 1e-60, 1e-100, 1e-160, 1e-200, 1e-300, 5e-324})
     for (const bool is_joined : {true, false}) {
-      TriangleMesh<double> mesh;
+      TriangleMesh mesh;
       mesh.vertices = {{0, 0, 0}, {tiny, 0, 0}, {0, tiny, 0}, {1, 0, -1}, {0, 1, -1}, {0, 0, -2}};
       mesh.triangles = is_joined ? std::vector<fcl::Triangle>{{0, 1, 2}, {1, 3, 2}, {2, 3, 4}}
                                  : std::vector<fcl::Triangle>{{0, 1, 2}, {3, 4, 5}};
       const Mesh body(mesh);
-      TriangleMesh<double> above = mesh;
+      TriangleMesh above = mesh;
       for (fcl::Vector3d& p : above.vertices) p = fcl::Vector3d(p[0], p[1], 4 * tiny - p[2]);
       const Mesh other(above);
-      fcl::DistanceResult<double> result;
-      adaptive_bvh::distance<double>(&body, kStill, &other, kStill,
-                                     fcl::DistanceRequest<double>(true), result);
-      const auto closest = adaptive_bvh::closestPoint<double>(body, fcl::Vector3d(0, 0, 4 * tiny));
+      fcl::DistanceResultd result;
+      adaptive_bvh::distance(&body, kStill, &other, kStill, fcl::DistanceRequestd(true), result);
+      const auto closest = adaptive_bvh::closestPoint(body, fcl::Vector3d(0, 0, 4 * tiny));
       EXPECT_GT(result.min_distance, 0);
       EXPECT_EQ(0, closest.triangle);
-      EXPECT_FALSE(adaptive_bvh::isNearer<double>(body, kStill, other, kStill, 0));
+      EXPECT_FALSE(adaptive_bvh::isNearer(body, kStill, other, kStill, 0));
       // Off by the rounding of the features: those that are large or those that are tiny.
       const double error = (is_joined ? 1e-14 : 1e-12 * tiny);
       EXPECT_NEAR(4 * tiny, result.min_distance, error) << tiny;
       EXPECT_NEAR(4 * tiny, closest.distance, 1e-12 * tiny) << tiny;
-      std::vector<adaptive_bvh::ClosestFeature<double>> features;
+      std::vector<adaptive_bvh::ClosestFeature> features;
       closestFeatures(body, {fcl::Vector3d(tiny / 4, tiny / 4, 1)}, 10., features);
       EXPECT_NEAR(1, features[0].normal.norm(), 1e-12) << tiny;
       adaptive_bvh::FeaturePairs pairs;
@@ -238,7 +237,7 @@ TEST_F(SmallCoordinates, LargeBodiesMayHaveTinyParts) {
 TEST_F(SmallCoordinates, RadiiOfModelsReachTheirVertices) {
   for (const int exponent : {-300, -500, -540, -900}) {
     const double unit = std::ldexp(1., exponent);
-    TriangleMesh<double> sheet = plate<double>(3, 2);
+    TriangleMesh sheet = plate(3, 2);
     for (fcl::Vector3d& p : sheet.vertices) p *= unit;
     adaptive_bvh::AdaptiveBVHModel<fcl::RSSd> model;
     ASSERT_EQ(fcl::BVH_OK, fillModel(sheet, model));
@@ -255,11 +254,10 @@ TEST_F(SmallCoordinates, RadiiOfModelsReachTheirVertices) {
 
 TEST_F(SmallCoordinates, TinyShapesAreRefused) {
   const Mesh mesh(body(true, 0));
-  fcl::DistanceResult<double> result;
+  fcl::DistanceResultd result;
   const auto distanceTo = [&](double radius) {
-    const fcl::Sphere<double> sphere(radius);
-    adaptive_bvh::distance<double>(&mesh, kStill, &sphere, kStill, fcl::DistanceRequest<double>(),
-                                   result);
+    const fcl::Sphered sphere(radius);
+    adaptive_bvh::distance(&mesh, kStill, &sphere, kStill, fcl::DistanceRequestd(), result);
   };
   EXPECT_THROW(distanceTo(1e-70), std::invalid_argument);
   EXPECT_NO_THROW(distanceTo(1e-60));
@@ -268,7 +266,7 @@ TEST_F(SmallCoordinates, TinyShapesAreRefused) {
 /// Times are never late, though early where lengths count as none.
 TEST_F(SmallCoordinates, TimesOfImpactAreNeverLate) {
   forEachSize([&](int exponent) {
-    const TriangleMesh<double> first = body(true, 0), second = body(true, 40);
+    const TriangleMesh first = body(true, 0), second = body(true, 40);
     Points end = second.vertices;
     for (fcl::Vector3d& p : end) p[0] -= 40;
     const auto timeAt = [&](int power) {
@@ -276,8 +274,7 @@ TEST_F(SmallCoordinates, TimesOfImpactAreNeverLate) {
       Lattice moved{second, 0};
       moved.mesh.vertices = end;
       const Points to = moved.times(power).mesh.vertices;
-      const adaptive_bvh::Motion<double> still(a, a.vertices(), a.vertices()),
-          moves(b, b.vertices(), to);
+      const adaptive_bvh::Motion still(a, a.vertices(), a.vertices()), moves(b, b.vertices(), to);
       return adaptive_bvh::earliestImpact(still, moves).time;
     };
     EXPECT_LE(timeAt(exponent), timeAt(0) + 1e-9) << "2^" << exponent;

@@ -17,12 +17,11 @@ using adaptive_bvh::DeformableMesh;
 using exact::Point;
 using exact::Real;
 
-template <typename S>
 class SolidBodies : public testing::Test {
  protected:
-  using Mesh = DeformableMesh<S>;
-  using Transform = fcl::Transform3<S>;
-  using Contact = fcl::Contact<S>;
+  using Mesh = DeformableMesh;
+  using Transform = fcl::Transform3d;
+  using Contact = fcl::Contactd;
 
   /// Of a point in a body's frame, in another's.
   static Point in(const Transform& to, const Transform& from, const Point& x) {
@@ -82,23 +81,23 @@ class SolidBodies : public testing::Test {
     return found;
   }
   /// A closed body, smaller on request, of one component or two.
-  Mesh body(S scale) {
-    TriangleMesh<S> mesh = random_.oneIn(3) ? latticeBox<S>(1) : gridBall<S>(4, 2);
-    if (random_.oneIn(2)) addSurface(gridBall<S>(3, 1), Vector3<S>(4, 0, 0), false, mesh);
-    for (Vector3<S>& x : mesh.vertices) x *= scale;
+  Mesh body(double scale) {
+    TriangleMesh mesh = random_.oneIn(3) ? latticeBox(1) : gridBall(4, 2);
+    if (random_.oneIn(2)) addSurface(gridBall(3, 1), fcl::Vector3d(4, 0, 0), false, mesh);
+    for (fcl::Vector3d& x : mesh.vertices) x *= scale;
     return Mesh(mesh);
   }
 
   /// Of a triangle to a shape within a radius of its origin; less, where the triangle is farther.
-  static Real distanceTo(const JudgedShape<S>& shape, const exact::Triangle& t, S radius) {
+  static Real distanceTo(const JudgedShape& shape, const exact::Triangle& t, double radius) {
     const Real beyond = exact::distance(t, Point(Point::Zero())) - Real(radius);
     return beyond > 0 ? beyond : shape.distanceTo(t);
   }
 
   /// The contact of a point of the inner body, in the frame of the mesh around it.
   void expectContact(const Contact& contact, const Mesh& around, const Transform& tf,
-                     const Point& x, S sign) {
-    const double slack = 1e4 * double(std::numeric_limits<S>::epsilon());
+                     const Point& x, double sign) {
+    const double slack = 1e4 * double(std::numeric_limits<double>::epsilon());
     const Real depth = depthOf(around, x);
     ASSERT_NEAR(double(depth), double(contact.penetration_depth), slack);
     const Point pos = in(tf, Transform::Identity(), exact::of(contact.pos));
@@ -108,27 +107,23 @@ class SolidBodies : public testing::Test {
     ASSERT_NEAR(0, double(depthOf(around, x + Real(sign) * depth * normal)), slack);
   }
 
-  RandomGeometry<S> random_{31};
+  RandomGeometry random_{31};
 };
 
-using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(SolidBodies, Scalars);
-
-TYPED_TEST(SolidBodies, OfTwoMeshesTouchWhereOneIsInside) {
-  using S = TypeParam;
-  using Mesh = DeformableMesh<S>;
+TEST_F(SolidBodies, OfTwoMeshesTouchWhereOneIsInside) {
+  using Mesh = DeformableMesh;
   auto& random = this->random_;
   int inside = 0, outside = 0, touching = 0;
   for (int round = 0; round < manySteps(150); ++round) {
-    const Mesh around(closedBody<S>(random)), inner = this->body(random.size(S(-2), S(0)));
-    const fcl::Transform3<S> tf1 = random.pose(S(0.5)), tf2 = random.pose(S(0.5));
+    const Mesh around(closedBody(random)), inner = this->body(random.size(-2., 0.));
+    const fcl::Transform3d tf1 = random.pose(0.5), tf2 = random.pose(0.5);
     const bool swaps = random.oneIn(2);
     const Mesh &first = swaps ? inner : around, &second = swaps ? around : inner;
-    fcl::CollisionResult<S> plain, solid;
-    const fcl::CollisionRequest<S> request(1000000, true);
-    adaptive_bvh::collide<S>(&first, tf1, &second, tf2, request, plain);
-    adaptive_bvh::collide<S>(&first, tf1, &second, tf2, request, solid, true);
-    ASSERT_EQ(solid.isCollision(), isNearer(first, tf1, second, tf2, S(0), true));
+    fcl::CollisionResultd plain, solid;
+    const fcl::CollisionRequestd request(1000000, true);
+    adaptive_bvh::collide(&first, tf1, &second, tf2, request, plain);
+    adaptive_bvh::collide(&first, tf1, &second, tf2, request, solid, true);
+    ASSERT_EQ(solid.isCollision(), isNearer(first, tf1, second, tf2, 0., true));
     if (plain.isCollision()) {
       ASSERT_EQ(plain.numContacts(), solid.numContacts());
       ++touching;
@@ -139,7 +134,7 @@ TYPED_TEST(SolidBodies, OfTwoMeshesTouchWhereOneIsInside) {
                in_first = this->inside(second, tf2, first, tf1);
     ASSERT_EQ(in_second.size() + in_first.size(), solid.numContacts()) << round;
     for (std::size_t i = 0; i < solid.numContacts(); ++i) {
-      const fcl::Contact<S>& contact = solid.getContact(i);
+      const fcl::Contactd& contact = solid.getContact(i);
       ASSERT_EQ(&first, contact.o1);
       ASSERT_EQ(&second, contact.o2);
       const bool is_first = i < in_second.size();
@@ -150,15 +145,14 @@ TYPED_TEST(SolidBodies, OfTwoMeshesTouchWhereOneIsInside) {
       const auto v = body.triangles()[std::size_t(triangle)][0];
       const Point x = this->in(other_tf, tf, exact::of(body.vertices()[v]));
       ASSERT_NO_FATAL_FAILURE(
-          this->expectContact(contact, other, other_tf, x, is_first ? S(-1) : S(1)));
+          this->expectContact(contact, other, other_tf, x, is_first ? -1. : 1.));
       const int nearest = is_first ? contact.b2 : contact.b1;
       ASSERT_NEAR(double(contact.penetration_depth),
                   double(exact::distance(this->triangleOf(other, std::size_t(nearest)), x)), 1e-3);
     }
     ++(solid.isCollision() ? inside : outside);
-    fcl::CollisionResult<S> one;
-    adaptive_bvh::collide<S>(&first, tf1, &second, tf2, fcl::CollisionRequest<S>(1, false), one,
-                             true);
+    fcl::CollisionResultd one;
+    adaptive_bvh::collide(&first, tf1, &second, tf2, fcl::CollisionRequestd(1, false), one, true);
     ASSERT_EQ(std::min<std::size_t>(1, solid.numContacts()), one.numContacts());
     if (one.isCollision()) {
       ASSERT_TRUE(std::isnan(one.getContact(0).penetration_depth));
@@ -169,67 +163,64 @@ TYPED_TEST(SolidBodies, OfTwoMeshesTouchWhereOneIsInside) {
   EXPECT_GT(touching, 20);
 }
 
-TYPED_TEST(SolidBodies, AShapeTouchesTheMeshAroundIt) {
-  using S = TypeParam;
+TEST_F(SolidBodies, AShapeTouchesTheMeshAroundIt) {
   using namespace judged_shapes;
   auto& random = this->random_;
   int inside = 0, outside = 0;
   for (int round = 0; round < manySteps(40); ++round) {
-    const DeformableMesh<S> around(closedBody<S>(random));
-    const S size = random.size(S(-2), S(-0.3));
-    const Vector3<S> sizes(size, size, size), aside(size, 0, 0);
-    const JudgedShape<S> shapes[] = {sphere<S>(size),
-                                     capsule<S>(size, size),
-                                     box<S>(sizes),
-                                     cylinder<S>(size, size),
-                                     cone<S>(size, size),
-                                     ellipsoid<S>(sizes),
-                                     octahedron<S>(sizes, aside)};
-    const JudgedShape<S>& shape = shapes[random.below(7)];
-    const fcl::Transform3<S> tf1 = random.pose(S(0.5)), tf2 = random.pose(S(0.5));
+    const DeformableMesh around(closedBody(random));
+    const double size = random.size(-2., -0.3);
+    const fcl::Vector3d sizes(size, size, size), aside(size, 0, 0);
+    const JudgedShape shapes[] = {sphere(size),
+                                  capsule(size, size),
+                                  box(sizes),
+                                  cylinder(size, size),
+                                  cone(size, size),
+                                  ellipsoid(sizes),
+                                  octahedron(sizes, aside)};
+    const JudgedShape& shape = shapes[random.below(7)];
+    const fcl::Transform3d tf1 = random.pose(0.5), tf2 = random.pose(0.5);
     Real apart = std::numeric_limits<Real>::max();
     for (std::size_t t = 0; t < around.triangles().size(); ++t)
       apart =
           std::min(apart, this->distanceTo(shape, this->triangleIn(tf2, tf1, around, t), 3 * size));
     if (apart > 0 && apart < 1e-3) continue;
-    fcl::CollisionResult<S> solid;
-    adaptive_bvh::collide<S>(shape.geometry.get(), tf2, &around, tf1,
-                             fcl::CollisionRequest<S>(1000000, true), solid, true);
-    ASSERT_EQ(solid.isCollision(), isNearer(around, tf1, *shape.geometry, tf2, S(0), true));
+    fcl::CollisionResultd solid;
+    adaptive_bvh::collide(shape.geometry.get(), tf2, &around, tf1,
+                          fcl::CollisionRequestd(1000000, true), solid, true);
+    ASSERT_EQ(solid.isCollision(), isNearer(around, tf1, *shape.geometry, tf2, 0., true));
     if (apart <= 0) {
       ASSERT_TRUE(solid.isCollision());
       continue;
     }
     Point x = Point::Zero();
     if (shape.geometry->getNodeType() == fcl::GEOM_CONVEX)
-      x = exact::of(static_cast<const fcl::Convex<S>&>(*shape.geometry).getVertices()[0]);
+      x = exact::of(static_cast<const fcl::Convexd&>(*shape.geometry).getVertices()[0]);
     x = this->in(tf1, tf2, x);
     const bool is_inside = std::round(windingNumberOf(around, x)) != 0;
     ASSERT_EQ(is_inside ? 1u : 0u, solid.numContacts()) << round << " " << shape.name;
     ++(is_inside ? inside : outside);
     if (!is_inside) continue;
-    const fcl::Contact<S>& contact = solid.getContact(0);
+    const fcl::Contactd& contact = solid.getContact(0);
     ASSERT_EQ(&around, contact.o1);
     ASSERT_EQ(shape.geometry.get(), contact.o2);
     ASSERT_EQ(-1, contact.b2);
-    ASSERT_NO_FATAL_FAILURE(this->expectContact(contact, around, tf1, x, S(1)));
+    ASSERT_NO_FATAL_FAILURE(this->expectContact(contact, around, tf1, x, 1.));
   }
   EXPECT_GT(inside, 4);
   EXPECT_GT(outside, 4);
 }
 
-TYPED_TEST(SolidBodies, AreRefusedWhereNothingIsInside) {
-  using S = TypeParam;
-  TriangleMesh<S> open = gridBall<S>(4, 2);
+TEST_F(SolidBodies, AreRefusedWhereNothingIsInside) {
+  TriangleMesh open = gridBall(4, 2);
   open.triangles.pop_back();
-  const DeformableMesh<S> closed(gridBall<S>(4, 2)), with_hole(open);
-  const auto still = fcl::Transform3<S>::Identity();
-  const fcl::Sphere<S> sphere(1);
-  const fcl::CollisionRequest<S> request;
-  fcl::CollisionResult<S> result;
-  const auto collides = [&](const fcl::CollisionGeometry<S>& a,
-                            const fcl::CollisionGeometry<S>& b) {
-    return adaptive_bvh::collide<S>(&a, still, &b, still, request, result, true);
+  const DeformableMesh closed(gridBall(4, 2)), with_hole(open);
+  const auto still = fcl::Transform3d::Identity();
+  const fcl::Sphered sphere(1);
+  const fcl::CollisionRequestd request;
+  fcl::CollisionResultd result;
+  const auto collides = [&](const fcl::CollisionGeometryd& a, const fcl::CollisionGeometryd& b) {
+    return adaptive_bvh::collide(&a, still, &b, still, request, result, true);
   };
   try {
     collides(closed, with_hole);
@@ -238,9 +229,9 @@ TYPED_TEST(SolidBodies, AreRefusedWhereNothingIsInside) {
     EXPECT_NE(std::string::npos, std::string(error.what()).find("the edge from vertex"));
   }
   EXPECT_THROW(collides(with_hole, sphere), std::invalid_argument);
-  EXPECT_THROW(isNearer(closed, still, with_hole, still, S(0), true), std::invalid_argument);
-  EXPECT_THROW(isNearer(with_hole, still, sphere, still, S(0), true), std::invalid_argument);
-  fcl::BVHModel<fcl::RSS<S>> model;
+  EXPECT_THROW(isNearer(closed, still, with_hole, still, 0., true), std::invalid_argument);
+  EXPECT_THROW(isNearer(with_hole, still, sphere, still, 0., true), std::invalid_argument);
+  fcl::BVHModel<fcl::RSSd> model;
   model.beginModel();
   model.addSubModel(closed.vertices(), closed.triangles());
   model.endModel();

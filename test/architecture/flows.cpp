@@ -22,7 +22,7 @@ extern "C" void __gcov_dump(void);
 
 namespace {
 
-using Mesh = adaptive_bvh::TriangleMesh<double>;
+using Mesh = adaptive_bvh::TriangleMesh;
 using Positions = std::vector<fcl::Vector3d>;
 
 /// A torus that is dented, so that nothing of it is flat. `phase` moves the dents.
@@ -70,7 +70,7 @@ const fcl::Transform3d kOrigin = fcl::Transform3d::Identity();
 const std::map<std::string, std::function<void()>> kFlows = {
     {"update of a DeformableMesh",
      [] {
-       adaptive_bvh::DeformableMeshd mesh(torus(0));
+       adaptive_bvh::DeformableMesh mesh(torus(0));
        const Positions next = torus(0.5).vertices;
        count([&] { mesh.update(next); });
      }},
@@ -84,7 +84,7 @@ const std::map<std::string, std::function<void()>> kFlows = {
      }},
     {"distance of two DeformableMeshes",
      [] {
-       const adaptive_bvh::DeformableMeshd first(torus(0)), second(torus(1));
+       const adaptive_bvh::DeformableMesh first(torus(0)), second(torus(1));
        fcl::DistanceRequestd request;
        fcl::DistanceResultd result;
        const fcl::Transform3d tf = aside(3);
@@ -92,30 +92,30 @@ const std::map<std::string, std::function<void()>> kFlows = {
      }},
     {"self-collision",
      [] {
-       const adaptive_bvh::DeformableMeshd mesh(crossing());
+       const adaptive_bvh::DeformableMesh mesh(crossing());
        fcl::CollisionRequestd request(100000, true);
        fcl::CollisionResultd result;
        count([&] { adaptive_bvh::selfCollide(mesh, request, result); });
      }},
     {"nearness query, isNearer",
      [] {
-       const adaptive_bvh::DeformableMeshd first(torus(0)), second(torus(1));
+       const adaptive_bvh::DeformableMesh first(torus(0)), second(torus(1));
        const fcl::Transform3d tf = aside(2.75);
        count([&] { adaptive_bvh::isNearer(first, kOrigin, second, tf, 0.06); });
      }},
     {"collision query of a Scene",
      [] {
-       const adaptive_bvh::DeformableMeshd first(torus(0)), second(torus(1));
-       adaptive_bvh::Scene<double> scene;
+       const adaptive_bvh::DeformableMesh first(torus(0)), second(torus(1));
+       adaptive_bvh::Scene scene;
        scene.add(first);
        scene.add(second, aside(1.5));
        scene.update();
-       adaptive_bvh::SceneCollisions<double> found;
-       count([&] { scene.collisions({}, found); });
+       adaptive_bvh::SceneCollisions found;
+       count([&] { scene.collide({}, found); });
      }},
     {"signed distance of two DeformableMeshes",
      [] {
-       const adaptive_bvh::DeformableMeshd first(torus(0)), second(torus(1));
+       const adaptive_bvh::DeformableMesh first(torus(0)), second(torus(1));
        const fcl::Transform3d tf = aside(2.3);
        count([&] { adaptive_bvh::signedDistance(first, kOrigin, second, tf, 1e-3); });
      }},

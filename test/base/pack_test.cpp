@@ -29,7 +29,7 @@ class Packs : public testing::Test {
     return v;
   }
 
-  RandomGeometry<S> random_{53};
+  RandomGeometryOf<S> random_{53};
 };
 
 using Scalars = testing::Types<float, double>;
@@ -120,14 +120,14 @@ TEST(Float4s, TheFourthLaneMeansNothing) {
 /// The box around points holds them and no more; its middle and half sides are those of its
 /// corners.
 TEST(Boxes, AreTheLeastAroundTheirPoints) {
-  RandomGeometry<float> random(59);
+  RandomGeometryOf<float> random(59);
   for (int round = 0; round < 500; ++round) {
-    const Vector3<float> first = random.point();
+    const fcl::Vector3<float> first = random.point();
     Box box{{first[0], first[1], first[2], 0}, {first[0], first[1], first[2], 0}};
-    Vector3<float> low = first, high = first;
+    fcl::Vector3<float> low = first, high = first;
     for (int i = 0; i < 6; ++i) {
-      const Vector3<float> p = random.point() * random.size(-3, 3);
-      const Vector3<float> q = i % 2 ? p : Vector3<float>(p + random.point().cwiseAbs());
+      const fcl::Vector3<float> p = random.point() * random.size(-3, 3);
+      const fcl::Vector3<float> q = i % 2 ? p : fcl::Vector3<float>(p + random.point().cwiseAbs());
       const Float4 from{p[0], p[1], p[2], random.uniform()}, to{q[0], q[1], q[2], 0};
       if (i % 2)
         box.add(from);

@@ -18,7 +18,7 @@ class Rounding : public testing::Test {
  protected:
   static constexpr int kLeast = std::numeric_limits<S>::min_exponent10;
 
-  RandomGeometry<S> random_{4};
+  RandomGeometryOf<S> random_{4};
 };
 
 using Scalars = testing::Types<float, double>;
@@ -31,15 +31,15 @@ TYPED_TEST(Rounding, NormIsNeverBelowTheLength) {
   const Real margin = 6.6 * Real(rounding::epsilon<S>());
   for (int round = 0; round < manySteps(100000); ++round) {
     const S size = this->random_.size(this->kLeast, -this->kLeast / 2 - 2);
-    Vector3<S> v = this->random_.vectorOfSize(size);
+    fcl::Vector3<S> v = this->random_.vectorOfSize(size);
     if (this->random_.oneIn(3)) v[round % 3] = 0;
     const Real length = exact::of(v).norm(), bound = rounding::norm(v);
     ASSERT_GE(bound, length) << round;
     ASSERT_LE(bound, length * (1 + margin) + 2 * Real(rounding::tiny<S>())) << round;
   }
-  EXPECT_EQ(0, rounding::norm(Vector3<S>(0, -S(0), 0)));
+  EXPECT_EQ(0, rounding::norm(fcl::Vector3<S>(0, -S(0), 0)));
   constexpr S kSmallest = std::numeric_limits<S>::denorm_min();
-  EXPECT_GE(rounding::norm(Vector3<S>(kSmallest, 0, 0)), kSmallest);
+  EXPECT_GE(rounding::norm(fcl::Vector3<S>(kSmallest, 0, 0)), kSmallest);
 }
 
 TYPED_TEST(Rounding, SumIsNeverBelowTheSum) {

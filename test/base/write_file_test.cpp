@@ -1,5 +1,5 @@
 // Files that are written as a whole or not at all.
-#include "adaptive_bvh/write_file.h"
+#include "adaptive_bvh/detail/write_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -18,7 +18,7 @@
 namespace adaptive_bvh_test {
 namespace write_file_test {
 
-using adaptive_bvh::writeFile;
+using adaptive_bvh::detail::writeFile;
 namespace fs = std::filesystem;
 
 class WriteFile : public testing::Test {

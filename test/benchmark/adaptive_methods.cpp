@@ -32,17 +32,17 @@ class MeshPair : public Method {
   double distance(const Frame& frame) override {
     fcl::DistanceResultd result;
     const fcl::DistanceRequestd request;
-    return coherently_ ? coherent_.distance(frame.tf1, frame.tf2, request, result)
-                       : adaptive_bvh::distance<double>(&first_, frame.tf1, &second_, frame.tf2,
-                                                        request, result);
+    return coherently_
+               ? coherent_.distance(frame.tf1, frame.tf2, request, result)
+               : adaptive_bvh::distance(&first_, frame.tf1, &second_, frame.tf2, request, result);
   }
 
   Work work(const Frame&) override { return {}; }
   std::size_t bytes() const override { return first_.bytes() + second_.bytes(); }
 
  private:
-  adaptive_bvh::DeformableMeshd first_, second_;
-  adaptive_bvh::CoherentDistanced coherent_;
+  adaptive_bvh::DeformableMesh first_, second_;
+  adaptive_bvh::CoherentDistance coherent_;
   bool coherently_;
 };
 
@@ -65,9 +65,8 @@ class ModelPair : public Method {
     fcl::DistanceResultd result;
     const fcl::DistanceRequestd request;
     return recorded_
-               ? adaptive_bvh::distance<double>(&first_, frame.tf1, &second_, frame.tf2, request,
-                                                result)
-               : fcl::distance<double>(&first_, frame.tf1, &second_, frame.tf2, request, result);
+               ? adaptive_bvh::distance(&first_, frame.tf1, &second_, frame.tf2, request, result)
+               : fcl::distance(&first_, frame.tf1, &second_, frame.tf2, request, result);
   }
 
   Work work(const Frame& frame) override {

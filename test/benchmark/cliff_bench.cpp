@@ -152,8 +152,7 @@ class FclPair {
   }
   double distance() const {
     fcl::DistanceResultd result;
-    return fcl::distance<double>(&first_, origin_, &second_, origin_, fcl::DistanceRequestd(),
-                                 result);
+    return fcl::distance(&first_, origin_, &second_, origin_, fcl::DistanceRequestd(), result);
   }
 
  private:
@@ -171,15 +170,15 @@ class MeshPair {
   double distance(bool coherently) {
     const fcl::DistanceRequestd request;
     fcl::DistanceResultd result;
-    return coherently ? coherent_.distance(origin_, origin_, request, result)
-                      : adaptive_bvh::distance<double>(&first_, origin_, &second_, origin_, request,
-                                                       result);
+    return coherently
+               ? coherent_.distance(origin_, origin_, request, result)
+               : adaptive_bvh::distance(&first_, origin_, &second_, origin_, request, result);
   }
 
  private:
   const fcl::Transform3d origin_ = fcl::Transform3d::Identity();
-  adaptive_bvh::DeformableMeshd first_, second_;
-  adaptive_bvh::CoherentDistanced coherent_{first_, second_};
+  adaptive_bvh::DeformableMesh first_, second_;
+  adaptive_bvh::CoherentDistance coherent_{first_, second_};
 };
 
 struct Row {

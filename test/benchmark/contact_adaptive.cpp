@@ -15,9 +15,9 @@ class MeshContact : public ContactMethod {
         coherently_(coherently),
         first_(contact_case.scenario.first.mesh()),
         second_(contact_case.scenario.second.mesh()) {
-    first_.setUpdateThreads(threads);
-    second_.setUpdateThreads(threads);
-    first_.setQueryThreads(threads);
+    first_.setThreads(threads);
+    second_.setThreads(threads);
+    first_.setThreads(threads);
   }
 
   void update(const Frame& frame) override {
@@ -30,8 +30,7 @@ class MeshContact : public ContactMethod {
     switch (job_) {
       case Job::SelfCollision: selfCollide(first_, allContacts(), contacts_); break;
       case Job::Collide:
-        adaptive_bvh::collide<double>(&first_, origin_, &second_, origin_, allContacts(),
-                                      contacts_);
+        adaptive_bvh::collide(&first_, origin_, &second_, origin_, allContacts(), contacts_);
         break;
       case Job::Distance: distance(); break;
       case Job::Continuous: break;  // contact_continuous.cpp
@@ -49,15 +48,15 @@ class MeshContact : public ContactMethod {
   void distance() {
     fcl::DistanceResultd result;
     const fcl::DistanceRequestd request;
-    distance_ = coherently_ ? coherent_.distance(origin_, origin_, request, result)
-                            : adaptive_bvh::distance<double>(&first_, origin_, &second_, origin_,
-                                                             request, result);
+    distance_ = coherently_
+                    ? coherent_.distance(origin_, origin_, request, result)
+                    : adaptive_bvh::distance(&first_, origin_, &second_, origin_, request, result);
   }
 
   Job job_;
   bool coherently_;
-  adaptive_bvh::DeformableMeshd first_, second_;
-  adaptive_bvh::CoherentDistanced coherent_{first_, second_};
+  adaptive_bvh::DeformableMesh first_, second_;
+  adaptive_bvh::CoherentDistance coherent_{first_, second_};
   const fcl::Transform3d origin_ = fcl::Transform3d::Identity();
   fcl::CollisionResultd contacts_;
   double distance_ = std::numeric_limits<double>::quiet_NaN();

@@ -13,7 +13,7 @@ class Continuous : public ContactMethod {
  public:
   Continuous(const ContactCase& contact_case, int threads)
       : mesh_(contact_case.scenario.first.mesh()), end_(contact_case.scenario.first.positions(0)) {
-    mesh_.setQueryThreads(threads);
+    mesh_.setThreads(threads);
   }
 
   void update(const Frame& frame) override {
@@ -21,8 +21,8 @@ class Continuous : public ContactMethod {
     end_ = frame.first;
   }
   void query() override {
-    const adaptive_bvh::Motion<double> motion(mesh_, start_, end_);
-    first_ = earliestImpact(motion, 0, pairs_);
+    const adaptive_bvh::Motion motion(mesh_, start_, end_);
+    first_ = selfEarliestImpact(motion, 0, pairs_);
   }
   ContactAnswer answer() override {
     ContactAnswer answer;
@@ -32,7 +32,7 @@ class Continuous : public ContactMethod {
   }
 
  private:
-  adaptive_bvh::DeformableMeshd mesh_;
+  adaptive_bvh::DeformableMesh mesh_;
   Positions start_, end_;
   adaptive_bvh::FeaturePairs pairs_;
   adaptive_bvh::Impact first_;

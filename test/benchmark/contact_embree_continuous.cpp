@@ -126,9 +126,9 @@ class EmbreeContinuous : public ContactMethod {
  private:
   /// By triangle.
   static std::vector<FeatureOwner> ownersOf(const Mesh& mesh) {
-    const adaptive_bvh::DeformableMeshd deformable(mesh);
+    const adaptive_bvh::DeformableMesh deformable(mesh);
     const adaptive_bvh::FeatureOwners& owners =
-        adaptive_bvh::detail::MeshAccess<double>::state(deformable).topology->owners;
+        adaptive_bvh::detail::MeshAccess::state(deformable).topology->owners;
     std::vector<FeatureOwner> by_triangle(owners.size());
     for (std::size_t i = 0; i < owners.size(); ++i) by_triangle[owners[i].triangle] = owners[i];
     return by_triangle;

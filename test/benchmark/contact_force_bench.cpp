@@ -18,7 +18,7 @@
 namespace {
 
 using adaptive_bvh::ClosestPoint;
-using adaptive_bvh::DeformableMeshd;
+using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::VertexContacts;
 using adaptive_bvh_bench::median;
 using adaptive_bvh_bench::milliseconds;
@@ -29,8 +29,8 @@ using Pose = fcl::Transform3d;
 namespace exact = adaptive_bvh_test::exact;
 
 /// An icosahedron whose triangles are divided into 4^levels, on the ball of radius 1.
-TriangleMesh<double> icosphere(int levels) {
-  TriangleMesh<double> mesh;
+TriangleMesh icosphere(int levels) {
+  TriangleMesh mesh;
   const double g = (1 + std::sqrt(5.)) / 2;
   for (const double s : {-1., 1.})
     for (const double t : {-g, g}) {
@@ -71,7 +71,7 @@ TriangleMesh<double> icosphere(int levels) {
 /// By all triangles.
 class Judge {
  public:
-  explicit Judge(const DeformableMeshd& mesh) : mesh_(mesh) {}
+  explicit Judge(const DeformableMesh& mesh) : mesh_(mesh) {}
 
   double signedDistance(const Point& x) const {
     const exact::Point p = exact::of(x);
@@ -88,7 +88,7 @@ class Judge {
   exact::Point corner(const fcl::Triangle& t, int k) const {
     return exact::of(mesh_.vertices()[t[k]]);
   }
-  const DeformableMeshd& mesh_;
+  const DeformableMesh& mesh_;
 };
 
 int wrong_answers = 0;
@@ -121,8 +121,8 @@ Pose poseAt(double x, double angle) {
   return pose;
 }
 
-void judge(const DeformableMeshd& mesh, const Pose& pose, const DeformableMeshd& other,
-           const Pose& other_pose, double margin, const VertexContacts<double>& found) {
+void judge(const DeformableMesh& mesh, const Pose& pose, const DeformableMesh& other,
+           const Pose& other_pose, double margin, const VertexContacts& found) {
   const Judge exactly(other);
   std::size_t next = 0;
   for (unsigned v = 0; v < mesh.vertices().size(); ++v) {
@@ -139,8 +139,8 @@ void judge(const DeformableMeshd& mesh, const Pose& pose, const DeformableMeshd&
 /// Two balls that overlap: beside their poles, or with the poles, where their vertices are densest,
 /// foremost.
 void measureContacts(bool by_poles, int repeats) {
-  const DeformableMeshd first(adaptive_bvh_test::gridBall<double>(32, 32)),
-      second(adaptive_bvh_test::gridBall<double>(62, 32));
+  const DeformableMesh first(adaptive_bvh_test::gridBall(32, 32)),
+      second(adaptive_bvh_test::gridBall(62, 32));
   const fcl::Sphered ball(1);
   const fcl::CollisionGeometryd& sphere = ball;
   const double margin = 0.02;
@@ -156,7 +156,7 @@ void measureContacts(bool by_poles, int repeats) {
       other = pose;
       other.translation()[2] = 2 - overlap;
     }
-    VertexContacts<double> of_mesh, of_sphere;
+    VertexContacts of_mesh, of_sphere;
     const auto ms = times(
         repeats, [&] { vertexContacts(first, pose, second, other, margin, of_mesh); },
         [&] { vertexContacts(first, pose, sphere, other, margin, of_sphere); });
@@ -186,8 +186,8 @@ Points nearSurface(std::size_t count) {
 }
 
 /// A ball without one triangle in `one_in`; 1: without one, 0: closed.
-TriangleMesh<double> ballThatLacks(std::size_t one_in) {
-  TriangleMesh<double> body = icosphere(5);
+TriangleMesh ballThatLacks(std::size_t one_in) {
+  TriangleMesh body = icosphere(5);
   if (one_in == 1) body.triangles.pop_back();
   if (one_in < 2) return body;
   std::vector<fcl::Triangle> kept;
@@ -200,15 +200,15 @@ TriangleMesh<double> ballThatLacks(std::size_t one_in) {
 void measurePoints(const char* name, const Points& points, int repeats) {
   struct Case {
     const char* name;
-    DeformableMeshd mesh;
+    DeformableMesh mesh;
   };
-  const Case cases[] = {{"the closed mesh", DeformableMeshd(ballThatLacks(0))},
-                        {"it without one triangle", DeformableMeshd(ballThatLacks(1))},
-                        {"it without one triangle in 600", DeformableMeshd(ballThatLacks(600))},
-                        {"it without one triangle in 200", DeformableMeshd(ballThatLacks(200))}};
-  const DeformableMeshd& mesh = cases[0].mesh;
+  const Case cases[] = {{"the closed mesh", DeformableMesh(ballThatLacks(0))},
+                        {"it without one triangle", DeformableMesh(ballThatLacks(1))},
+                        {"it without one triangle in 600", DeformableMesh(ballThatLacks(600))},
+                        {"it without one triangle in 200", DeformableMesh(ballThatLacks(200))}};
+  const DeformableMesh& mesh = cases[0].mesh;
   std::vector<double> distances, numbers;
-  std::vector<ClosestPoint<double>> closest;
+  std::vector<ClosestPoint> closest;
   std::printf("\n%zu points %s, %zu triangles, ms\n", points.size(), name, mesh.triangles().size());
   const auto numbersOf = [&](std::size_t k) {
     return [&, k] { windingNumbers(cases[k].mesh, points, numbers); };

@@ -22,17 +22,17 @@
 namespace {
 
 using adaptive_bvh::ContactElements;
-using adaptive_bvh::ContactSetd;
-using adaptive_bvh::DeformableMeshd;
+using adaptive_bvh::ContactSet;
+using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::FeatureKind;
 using adaptive_bvh::FeaturePair;
 using adaptive_bvh::FeaturePairs;
 using adaptive_bvh::NumberedPairs;
 using adaptive_bvh_bench::milliseconds;
-using Mesh = adaptive_bvh::TriangleMesh<double>;
+using Mesh = adaptive_bvh::TriangleMesh;
 using Point = fcl::Vector3d;
 using Positions = std::vector<Point>;
-using Request = adaptive_bvh::ContactSetRequest<double>;
+using Request = adaptive_bvh::ContactSetRequest;
 using Pairs = std::vector<FeaturePair>;
 
 bool failed = false;
@@ -75,12 +75,12 @@ bool areSame(const NumberedPairs& list, Pairs found) {
 
 /// The results of a new query.
 struct Found {
-  adaptive_bvh::TrianglePairs<double> triangles;
+  adaptive_bvh::TrianglePairs triangles;
   FeaturePairs features;
 };
 
-void compare(const ContactSetd& set, const Request& request,
-             const adaptive_bvh::TrianglePairs<double>& triangles, const FeaturePairs& features) {
+void compare(const ContactSet& set, const Request& request,
+             const adaptive_bvh::TrianglePairs& triangles, const FeaturePairs& features) {
   const bool same =
       request.elements == ContactElements::Triangles
           ? areSame(set.triangles(), triangles.triangles)
@@ -108,7 +108,7 @@ struct Row {
   double first = 0, of_query = 0, of_set = 0;  ///< times
   std::size_t changed = 0, tested = 0, candidates = 0, searches = 0;
 
-  void count(const ContactSetd& set) {
+  void count(const ContactSet& set) {
     for (const NumberedPairs* list :
          {&set.triangles(), &set.features(FeatureKind::VertexFace),
           &set.features(FeatureKind::FaceVertex), &set.features(FeatureKind::EdgeEdge)})
@@ -116,7 +116,7 @@ struct Row {
     tested += set.work().tested;
     candidates += set.work().candidates;
   }
-  void print(const std::string& name, const ContactSetd& set, int steps, double allowed) const {
+  void print(const std::string& name, const ContactSet& set, int steps, double allowed) const {
     const double n = steps, all = double(std::max<std::size_t>(1, candidates)),
                  pairs = double(std::max<std::size_t>(1, set.size()));
     std::printf("| %s | %zu | %.0f | %.2f | %.0f | %.2f | %.3g | %.3g | %.3g | %.3f | %s |\n",
@@ -129,7 +129,7 @@ struct Row {
 
 /// Runs steps: move(i) changes the meshes, query() finds all pairs anew, compare() compares. Prints
 /// a row with the ratio of the average times.
-void run(const std::string& name, ContactSetd& set, int steps, double allowed,
+void run(const std::string& name, ContactSet& set, int steps, double allowed,
          const std::function<void(int)>& move, const std::function<void()>& query,
          const std::function<void()>& compare_both) {
   Row row;
@@ -182,29 +182,29 @@ class SelfRuns {
     return request;
   }
   void run(const std::string& name, ContactElements elements, int steps, double allowed,
-           const std::function<void(DeformableMeshd&, int)>& move) {
+           const std::function<void(DeformableMesh&, int)>& move) {
     if (!isChosen(name)) return;
-    DeformableMeshd mesh(from_);
+    DeformableMesh mesh(from_);
     const Request request = requestOf(elements);
-    ContactSetd set(mesh, request);
+    ContactSet set(mesh, request);
     Found found;
     ::run(
         name, set, steps, allowed, [&](int i) { move(mesh, i); },
         [&] { query(mesh, elements, found); },
         [&] { compare(set, request, found.triangles, found.features); });
   }
-  void query(const DeformableMeshd& mesh, ContactElements elements, Found& found) const {
+  void query(const DeformableMesh& mesh, ContactElements elements, Found& found) const {
     const Request request = requestOf(elements);
     if (elements == ContactElements::Features)
-      return featurePairsWithin(mesh, request.distance, found.features), void();
-    adaptive_bvh::ProximityRequest<double> of;
+      return selfFeaturePairsWithin(mesh, request.distance, found.features), void();
+    adaptive_bvh::ProximityRequest of;
     of.distance = request.distance;
-    pairsWithin(mesh, of, found.triangles);
+    selfPairsWithin(mesh, of, found.triangles);
   }
 
   void frames(const std::string& name, ContactElements elements, int parts, int steps,
               double allowed) {
-    run(name, elements, steps, allowed, [&](DeformableMeshd& mesh, int i) {
+    run(name, elements, steps, allowed, [&](DeformableMesh& mesh, int i) {
       Positions now = from_.vertices;
       for (std::size_t v = 0; v < now.size(); ++v)
         now[v] += (to_[v] - now[v]) * (double(i) / parts);
@@ -213,7 +213,7 @@ class SelfRuns {
   }
   /// All vertices move by an edge, in a direction that varies over the mesh.
   void whole(const std::string& name, ContactElements elements, int steps) {
-    run(name, elements, steps, 1.1, [&](DeformableMeshd& mesh, int i) {
+    run(name, elements, steps, 1.1, [&](DeformableMesh& mesh, int i) {
       Positions now = from_.vertices;
       for (Point& p : now)
         p += edge_ * double(i % 4) *
@@ -225,7 +225,7 @@ class SelfRuns {
   void poke(const std::string& name, ContactElements elements, double by, int steps) {
     std::vector<unsigned> near;
     Positions to;
-    run(name, elements, steps, 0.1, [&](DeformableMeshd& mesh, int i) {
+    run(name, elements, steps, 0.1, [&](DeformableMesh& mesh, int i) {
       if (i % 10 == 1) {
         near.resize(from_.vertices.size());
         for (unsigned v = 0; v < near.size(); ++v) near[v] = v;
@@ -247,8 +247,8 @@ class SelfRuns {
     constexpr double kMost = 0.002;  // ms
     constexpr int kCalls = 10000;
     if (!isChosen(name)) return;
-    const DeformableMeshd mesh(from_);
-    ContactSetd set(mesh, requestOf(elements));
+    const DeformableMesh mesh(from_);
+    ContactSet set(mesh, requestOf(elements));
     Found found;
     Row row;
     row.first = milliseconds([&] { set.update(); });
@@ -282,11 +282,11 @@ void crowd(int count, int steps) {
       const std::string name = std::to_string(moving) + " of " + std::to_string(count) +
                                " blobs move by " + std::to_string(speed).substr(0, 4) + " edges";
       if (!isChosen(name)) continue;
-      std::vector<std::shared_ptr<DeformableMeshd>> meshes;
-      adaptive_bvh::Scened scene;
+      std::vector<std::shared_ptr<DeformableMesh>> meshes;
+      adaptive_bvh::Scene scene;
       std::vector<fcl::Transform3d> poses;
       for (int i = 0; i < count; ++i) {
-        meshes.push_back(std::make_shared<DeformableMeshd>(blob));
+        meshes.push_back(std::make_shared<DeformableMesh>(blob));
         fcl::Transform3d tf = fcl::Transform3d::Identity();
         tf.translation() = Point(any(random), any(random), any(random)) * side / 2;
         poses.push_back(tf);
@@ -295,9 +295,9 @@ void crowd(int count, int steps) {
       scene.update();
       Request request;
       request.distance = edge / 2;
-      ContactSetd set(scene, request);
-      adaptive_bvh::SceneTrianglePairs<double> found;
-      adaptive_bvh::ProximityRequest<double> of;
+      ContactSet set(scene, request);
+      adaptive_bvh::SceneTrianglePairs found;
+      adaptive_bvh::ProximityRequest of;
       of.distance = request.distance;
       run(
           name, set, steps,
@@ -345,8 +345,7 @@ void frames(const std::string& folder, const std::string& from, const std::strin
   printHead(from);
   adaptive_bvh::MeshLoadOptions keep;
   keep.weld = false;  // both frames pair their vertices by number
-  SelfRuns(adaptive_bvh::loadMesh<double>(start, keep),
-           adaptive_bvh::loadMesh<double>(end, keep).vertices)
+  SelfRuns(adaptive_bvh::loadMesh(start, keep), adaptive_bvh::loadMesh(end, keep).vertices)
       .all(steps);
 }
 #endif

@@ -26,8 +26,7 @@ class FclPair : public Method {
 
   double distance(const Frame& frame) override {
     fcl::DistanceResultd result;
-    return fcl::distance<double>(&first_, frame.tf1, &second_, frame.tf2, fcl::DistanceRequestd(),
-                                 result);
+    return fcl::distance(&first_, frame.tf1, &second_, frame.tf2, fcl::DistanceRequestd(), result);
   }
 
   Work work(const Frame& frame) override {

@@ -71,7 +71,7 @@ void printBuild(const char* name, const Mesh& mesh, int repeats) {
     fcl.push_back(milliseconds([&] { fillModel(mesh, plain); }));
     fcl::BVHModel<fcl::OBBRSSd> plain_obbrss;
     fcl_obbrss.push_back(milliseconds([&] { fillModel(mesh, plain_obbrss); }));
-    deformable.push_back(milliseconds([&] { adaptive_bvh::DeformableMeshd built(mesh); }));
+    deformable.push_back(milliseconds([&] { adaptive_bvh::DeformableMesh built(mesh); }));
     for (int k = 0; k < 2; ++k) {
       Model model(kStrategies[k]);
       ours[k].push_back(milliseconds([&] { fillModel(mesh, model); }));
@@ -120,17 +120,16 @@ Mesh strip(int triangles) {
   return mesh;
 }
 
-template <typename S>
-adaptive_bvh::TriangleMesh<S> inScalar(const Mesh& mesh) {
-  adaptive_bvh::TriangleMesh<S> cast;
-  for (const scenarios::Point& p : mesh.vertices) cast.vertices.push_back(p.cast<S>());
+adaptive_bvh::TriangleMesh inScalar(const Mesh& mesh) {
+  adaptive_bvh::TriangleMesh cast;
+  for (const scenarios::Point& p : mesh.vertices) cast.vertices.push_back(p.cast<double>());
   cast.triangles = mesh.triangles;
   return cast;
 }
 
 /// Microseconds of one build, of `count` models, each used once.
-template <typename Model, typename S, typename... Arguments>
-double buildTime(const adaptive_bvh::TriangleMesh<S>& mesh, int count, Arguments... arguments) {
+template <typename Model, typename double, typename... Arguments>
+double buildTime(const adaptive_bvh::TriangleMesh& mesh, int count, Arguments... arguments) {
   std::vector<std::unique_ptr<Model>> models;
   for (int i = 0; i < count; ++i) models.push_back(std::make_unique<Model>(arguments...));
   return 1e3 / count * milliseconds([&] {
@@ -139,8 +138,8 @@ double buildTime(const adaptive_bvh::TriangleMesh<S>& mesh, int count, Arguments
 }
 
 /// Microseconds of one new tree for a model that has one: endReplaceModel(false).
-template <typename Model, typename S, typename... Arguments>
-double rebuildTime(const adaptive_bvh::TriangleMesh<S>& mesh, int count, Arguments... arguments) {
+template <typename Model, typename double, typename... Arguments>
+double rebuildTime(const adaptive_bvh::TriangleMesh& mesh, int count, Arguments... arguments) {
   Model model(arguments...);
   fillModel(mesh, model);
   return 1e3 / count * milliseconds([&] {
@@ -152,11 +151,10 @@ double rebuildTime(const adaptive_bvh::TriangleMesh<S>& mesh, int count, Argumen
          });
 }
 
-template <typename S>
 void printSmallBuild(const char* name, const Mesh& mesh_in_double, int repeats) {
-  using Ours = adaptive_bvh::AdaptiveBVHModel<fcl::RSS<S>>;
-  using Fcls = fcl::BVHModel<fcl::RSS<S>>;
-  const auto mesh = inScalar<S>(mesh_in_double);
+  using Ours = adaptive_bvh::AdaptiveBVHModel<fcl::RSSd>;
+  using Fcls = fcl::BVHModel<fcl::RSSd>;
+  const auto mesh = inScalar(mesh_in_double);
   const int count = std::max(1, 500 / int(mesh.triangles.size()));
   std::vector<double> fcl[2], ours[2][2];  // [build or rebuild], [strategy]
   for (int repeat = 0; repeat < 10 * repeats; ++repeat) {
@@ -167,8 +165,7 @@ void printSmallBuild(const char* name, const Mesh& mesh_in_double, int repeats) 
       ours[1][k].push_back(rebuildTime<Ours>(mesh, count, kStrategies[k]));
     }
   }
-  std::printf("| %-9s | %-6s | %5zu |", name, sizeof(S) == 4 ? "float" : "double",
-              mesh.triangles.size());
+  std::printf("| %-9s | %-6s | %5zu |", name, "double", mesh.triangles.size());
   for (int kind = 0; kind < 2; ++kind) {
     std::printf(" %7.1f |", median(fcl[kind]));
     for (const std::vector<double>& times : ours[kind])
@@ -185,8 +182,8 @@ void printSmallBuilds(int repeats) {
   std::printf(" rebuild: FCL | top-down | bottom-up |\n");
   std::printf("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
   const auto print = [repeats](const char* name, const Mesh& mesh) {
-    printSmallBuild<double>(name, mesh, repeats);
-    printSmallBuild<float>(name, mesh, repeats);
+    printSmallBuild(name, mesh, repeats);
+    printSmallBuild(name, mesh, repeats);
   };
   print("box", box());
   print("box, soup", soupOf(box()));
@@ -229,8 +226,7 @@ struct Pair {
     cost.refitted = first.lastUpdate().refitted() + second.lastUpdate().refitted();
     fcl::DistanceResultd result;
     cost.query = milliseconds([&] {
-      adaptive_bvh::distance<double>(&first, identity, &second, identity, fcl::DistanceRequestd(),
-                                     result);
+      adaptive_bvh::distance(&first, identity, &second, identity, fcl::DistanceRequestd(), result);
     });
     const adaptive_bvh::QueryWork work = first.recordedWork();
     cost.bv_tests = work.bv_tests;

@@ -17,7 +17,7 @@
 
 namespace {
 
-using Mesh = adaptive_bvh::DeformableMeshd;
+using Mesh = adaptive_bvh::DeformableMesh;
 using Model = adaptive_bvh::AdaptiveBVHModeld;
 using V = adaptive_bvh::Volume<fcl::RSSd>;
 
@@ -191,7 +191,7 @@ void rejectedAtTheRoot(benchmark::State& state) {
   bool found = false;
   for (auto _ : state) {
     if (collides)
-      found |= adaptive_bvh::collide<double>(&first, origin, &second, far, request, result) > 0;
+      found |= adaptive_bvh::collide(&first, origin, &second, far, request, result) > 0;
     else
       found |= isNearer(first, origin, second, far, 1.);
   }

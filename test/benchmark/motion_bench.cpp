@@ -20,15 +20,15 @@ namespace {
 
 using adaptive_bvh::BodyId;
 using adaptive_bvh::BodyMotion;
-using adaptive_bvh::DeformableMeshd;
+using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::FramePath;
 using adaptive_bvh::MotionClearance;
-using adaptive_bvh::Scened;
+using adaptive_bvh::Scene;
 using adaptive_bvh_bench::around;
 using adaptive_bvh_bench::ball;
 using adaptive_bvh_bench::median;
 using adaptive_bvh_bench::milliseconds;
-using Mesh = adaptive_bvh::TriangleMesh<double>;
+using Mesh = adaptive_bvh::TriangleMesh;
 using Point = fcl::Vector3d;
 using Pose = fcl::Transform3d;
 
@@ -73,15 +73,15 @@ constexpr double kEdge = 0.04, kTolerance = 1e-3 * kEdge;
 void hose(int parts, int steps, int samples) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> any(-1, 1);
-  std::vector<std::unique_ptr<DeformableMeshd>> meshes;
-  DeformableMeshd mesh(hoseAt(0)), sampled(hoseAt(0));
-  Scened scene, at_times;
+  std::vector<std::unique_ptr<DeformableMesh>> meshes;
+  DeformableMesh mesh(hoseAt(0)), sampled(hoseAt(0));
+  Scene scene, at_times;
   const BodyId id = scene.add(mesh), sampled_id = at_times.add(sampled);
   while (int(meshes.size()) < parts) {
     const Point at(11 * any(random), 6 * any(random), 6 * any(random));
     const double radius = 0.3 + 0.1 * any(random);
     if (!(std::hypot(at[1], at[2]) > 2.8 + radius)) continue;
-    meshes.push_back(std::make_unique<DeformableMeshd>(ball(43, 21, radius, at)));
+    meshes.push_back(std::make_unique<DeformableMesh>(ball(43, 21, radius, at)));
     scene.add(*meshes.back());
     at_times.add(*meshes.back());
   }
@@ -143,7 +143,7 @@ Pose turned(double angle, const Point& axis, const Point& to) {
 }
 
 /// One row: the least distance, and beside it the distance at the start.
-void row(const char* name, const DeformableMeshd& a, const DeformableMeshd& b, const Pose& a_from,
+void row(const char* name, const DeformableMesh& a, const DeformableMesh& b, const Pose& a_from,
          const Pose& a_to, const Pose& b_from, const Pose& b_to, double tolerance,
          FramePath path = FramePath::Straight) {
   std::vector<double> of_motion, of_start;
@@ -151,13 +151,12 @@ void row(const char* name, const DeformableMeshd& a, const DeformableMeshd& b, c
   double start = 0;
   for (int i = 0; i < 5; ++i) {
     of_motion.push_back(milliseconds([&] {
-      least = adaptive_bvh::leastDistance(BodyMotion<double>(a, a_from, a_to, path),
-                                          BodyMotion<double>(b, b_from, b_to, path), tolerance);
+      least = adaptive_bvh::leastDistance(BodyMotion(a, a_from, a_to, path),
+                                          BodyMotion(b, b_from, b_to, path), tolerance);
     }));
     fcl::DistanceResultd result;
     of_start.push_back(milliseconds([&] {
-      start =
-          adaptive_bvh::distance<double>(&a, a_from, &b, b_from, fcl::DistanceRequestd(), result);
+      start = adaptive_bvh::distance(&a, a_from, &b, b_from, fcl::DistanceRequestd(), result);
     }));
   }
   require(least.lower <= start * (1 + 1e-12), name);
@@ -166,7 +165,7 @@ void row(const char* name, const DeformableMeshd& a, const DeformableMeshd& b, c
 }
 
 void ordinary() {
-  const DeformableMeshd sheet(plate(100)), large(plate(200)), shaft(tube(0.15)), sleeve(tube(0.18));
+  const DeformableMesh sheet(plate(100)), large(plate(200)), shaft(tube(0.15)), sleeve(tube(0.18));
   const Pose still = Pose::Identity(), end = turned(0.3, Point::UnitX(), Point(0.01, 0, 0));
   std::printf("\nLongest ordinary inputs of 20,000 triangles each (large: 80,000)\n");
   std::printf("| | least | tests of boxes | distances of pairs | ms | ms at the start alone |\n");
@@ -190,20 +189,21 @@ void ordinary() {
 /// A cable with itself.
 void itself(int steps) {
   const Mesh first = hoseAt(0);
-  DeformableMeshd mesh(first);
+  DeformableMesh mesh(first);
   double of_lists = 0;
   std::unique_ptr<adaptive_bvh::SurfaceNeighbourhood> near;
   of_lists = milliseconds([&] {
     near = std::make_unique<adaptive_bvh::SurfaceNeighbourhood>(
         adaptive_bvh::SurfaceNeighbourhood::byDistance(mesh, 0.6));
   });
+  adaptive_bvh::Ignored ignored;
+  ignored.surface = near.get();
   std::vector<double> times;
   MotionClearance least;
   for (int step = 1; step <= steps; ++step) {
     mesh.updateTwoFrames(hoseAt(0.02 * step).vertices);
     times.push_back(milliseconds([&] {
-      least =
-          adaptive_bvh::leastSelfDistance(adaptive_bvh::Motion<double>(mesh), *near, kTolerance);
+      least = adaptive_bvh::selfLeastDistance(adaptive_bvh::Motion(mesh), ignored, kTolerance);
     }));
   }
   std::printf(

@@ -60,7 +60,7 @@ scenarios::Mesh sphere(int columns, double radius) {
 struct Subject {
   explicit Subject(const scenarios::Mesh& of) : mesh(of) { fillModel(of, model); }
   Model model;
-  adaptive_bvh::DeformableMeshd mesh;
+  adaptive_bvh::DeformableMesh mesh;
 };
 
 struct Case {
@@ -129,17 +129,16 @@ Outcome collide(const Subject& subject, const Transform& pose, const fcl::OcTree
       rounds,
       [&] {
         by_fcl.clear();
-        fcl::collide<double>(&subject.model, pose, &octree, still, request, by_fcl);
+        fcl::collide(&subject.model, pose, &octree, still, request, by_fcl);
       },
       [&] {
         by_us.clear();
-        adaptive_bvh::collide<double>(&subject.mesh, pose, &octree, still, request, by_us);
+        adaptive_bvh::collide(&subject.mesh, pose, &octree, still, request, by_us);
       },
       outcome);
   outcome.contacts = by_us.numContacts();
   fcl::CollisionResultd by_fcl_all;
-  fcl::collide<double>(&subject.model, pose, &octree, still, fcl::CollisionRequestd(kAll),
-                       by_fcl_all);
+  fcl::collide(&subject.model, pose, &octree, still, fcl::CollisionRequestd(kAll), by_fcl_all);
   const Pairs all = pairsOf(by_fcl_all), ours = pairsOf(by_us);
   outcome.same = ours.size() == by_fcl.numContacts() &&
                  std::includes(all.begin(), all.end(), ours.begin(), ours.end());
@@ -161,12 +160,12 @@ Outcome distance(const Subject& subject, const Transform& pose, const fcl::OcTre
       rounds,
       [&] {
         by_fcl = ask(&subject.model, [&](auto* o1, auto& tf1, auto* o2, auto& tf2, auto& result) {
-          return fcl::distance<double>(o1, tf1, o2, tf2, request, result);
+          return fcl::distance(o1, tf1, o2, tf2, request, result);
         });
       },
       [&] {
         by_us = ask(&subject.mesh, [&](auto* o1, auto& tf1, auto* o2, auto& tf2, auto& result) {
-          return adaptive_bvh::distance<double>(o1, tf1, o2, tf2, request, result);
+          return adaptive_bvh::distance(o1, tf1, o2, tf2, request, result);
         });
       },
       outcome);

@@ -16,8 +16,8 @@ inline scenarios::Scenario loadPoses(const std::string& from_path, const std::st
                                      bool split) {
   adaptive_bvh::MeshLoadOptions keep;
   keep.weld = false;  // two poses of one mesh pair their vertices by number
-  const auto from = adaptive_bvh::loadMesh<double>(from_path, keep);
-  const auto to = adaptive_bvh::loadMesh<double>(to_path, keep);
+  const auto from = adaptive_bvh::loadMesh(from_path, keep);
+  const auto to = adaptive_bvh::loadMesh(to_path, keep);
   const std::string name = from_path.substr(from_path.find_last_of('/') + 1);
   return (split ? scenarios::interpolatedParts : scenarios::interpolated)(name, from, to.vertices,
                                                                           kPoseSteps);

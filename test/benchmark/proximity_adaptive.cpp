@@ -14,7 +14,7 @@
 namespace adaptive_bvh_bench {
 namespace {
 
-using adaptive_bvh::DeformableMeshd;
+using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::FeaturePair;
 
 ProximityAnswer sortedAnswer(std::vector<std::pair<unsigned, unsigned>> pairs) {
@@ -29,9 +29,9 @@ class MeshProximity : public ProximityMethod {
         by_distance_(by_distance),
         first_(case_.scenario.first.mesh()),
         second_(case_.scenario.second.mesh()) {
-    for (DeformableMeshd* mesh : {&first_, &second_}) {
-      mesh->setUpdateThreads(threads);
-      mesh->setQueryThreads(threads);
+    for (DeformableMesh* mesh : {&first_, &second_}) {
+      mesh->setThreads(threads);
+      mesh->setThreads(threads);
     }
     request_.distance = case_.distance;
   }
@@ -44,7 +44,7 @@ class MeshProximity : public ProximityMethod {
   void ask() override {
     switch (case_.question) {
       case Question::Pairs:
-        case_.is_self ? pairsWithin(first_, request_, pairs_)
+        case_.is_self ? selfPairsWithin(first_, request_, pairs_)
                       : pairsWithin(first_, origin_, second_, origin_, request_, pairs_);
         break;
       case Question::Nearer: is_nearer_ = by_distance_ ? compareDistance() : compare(); break;
@@ -79,13 +79,13 @@ class MeshProximity : public ProximityMethod {
   const ProximityCase& case_;
   const bool by_distance_;
   const fcl::Transform3d origin_ = fcl::Transform3d::Identity();
-  DeformableMeshd first_, second_;
-  adaptive_bvh::CoherentProximityd nearer_{first_, second_};
-  adaptive_bvh::CoherentDistanced distance_{first_, second_};
-  adaptive_bvh::ProximityRequest<double> request_;
-  adaptive_bvh::TrianglePairs<double> pairs_;
-  std::vector<adaptive_bvh::ClosestPoint<double>> points_;
-  std::vector<adaptive_bvh::RayHit<double>> hits_;
+  DeformableMesh first_, second_;
+  adaptive_bvh::CoherentProximity nearer_{first_, second_};
+  adaptive_bvh::CoherentDistance distance_{first_, second_};
+  adaptive_bvh::ProximityRequest request_;
+  adaptive_bvh::TrianglePairs pairs_;
+  std::vector<adaptive_bvh::ClosestPoint> points_;
+  std::vector<adaptive_bvh::RayHit> hits_;
   std::vector<std::uint8_t> any_;
   bool is_nearer_ = false;
 };

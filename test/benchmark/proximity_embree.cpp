@@ -178,7 +178,7 @@ class EmbreePoints : public ProximityMethod {
     One& one = *static_cast<One*>(arguments->userPtr);
     const auto p = one.self->body_.corners(arguments->primID);
     const float distance =
-        adaptive_bvh::vertexFaceDistance<float>(
+        adaptive_bvh::vertexFaceDistance(
             one.point, {Eigen::Vector3f(p[0].cast<float>()), Eigen::Vector3f(p[1].cast<float>()),
                         Eigen::Vector3f(p[2].cast<float>())})
             .distance;

@@ -23,8 +23,8 @@ struct Arrays {
   const long* faces;
   int num_faces;
 
-  adaptive_bvh::TriangleMesh<double> mesh() const {
-    adaptive_bvh::TriangleMesh<double> mesh;
+  adaptive_bvh::TriangleMesh mesh() const {
+    adaptive_bvh::TriangleMesh mesh;
     for (int i = 0; i < num_vertices; ++i)
       mesh.vertices.emplace_back(vertices[3 * i], vertices[3 * i + 1], vertices[3 * i + 2]);
     for (int t = 0; t < num_faces; ++t)
@@ -33,7 +33,7 @@ struct Arrays {
   }
 };
 
-using Mesh = adaptive_bvh::DeformableMesh<double>;
+using Mesh = adaptive_bvh::DeformableMesh;
 
 }  // namespace
 
@@ -59,16 +59,15 @@ double distance(const Mesh* first, const Mesh* second, double z, int calls) {
   const auto start = Clock::now();
   for (int i = 0; i < calls; ++i) {
     fcl::DistanceResultd result;
-    adaptive_bvh::distance<double>(first, fcl::Transform3d(fcl::Transform3d::Identity()), second,
-                                   tf, fcl::DistanceRequestd(true), result);
+    adaptive_bvh::distance(first, fcl::Transform3d(fcl::Transform3d::Identity()), second, tf,
+                           fcl::DistanceRequestd(true), result);
   }
   return secondsSince(start) / calls;
 }
 
 /// Seconds of what python-fcl has users do in each step: a new FCL model of the arrays.
 double rebuild(const double* vertices, int num_vertices, const long* faces, int num_faces) {
-  const adaptive_bvh::TriangleMesh<double> mesh =
-      Arrays{vertices, num_vertices, faces, num_faces}.mesh();
+  const adaptive_bvh::TriangleMesh mesh = Arrays{vertices, num_vertices, faces, num_faces}.mesh();
   const auto start = Clock::now();
   fcl::BVHModel<fcl::OBBRSSd> model;
   fillModel(mesh, model);

@@ -82,7 +82,7 @@ def compare_updates(bench, n, rounds):
                 bench.distance(theirs, their_floor, -0.3, 1)
             else:
                 times.append(seconds(lambda: ours.update(frame)))
-                ab.distance(ours, our_floor, None, below)
+                ab.distance(ours, our_floor, tf2=below)
     bench.destroy(theirs)
     bench.destroy(their_floor)
     ratios = [p / c for p, c in zip(python[2:], cpp[2:])]
@@ -104,7 +104,7 @@ def compare_distances(bench, rounds, calls=200):
 
     def call():
         for _ in range(calls):
-            ab.distance(a, b, None, tf)
+            ab.distance(a, b, tf2=tf)
 
     for _ in range(rounds):
         cpp.append(bench.distance(first, second, 1.0, calls) * 1e6)

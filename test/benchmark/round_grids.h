@@ -10,8 +10,8 @@ namespace adaptive_bvh_bench {
 
 /// A grid around an axis: place(u, v) for u in [0, 1) around, v in [0, 1] along.
 template <typename Place>
-adaptive_bvh::TriangleMesh<double> around(int columns, int rows, const Place& place) {
-  adaptive_bvh::TriangleMesh<double> mesh;
+adaptive_bvh::TriangleMesh around(int columns, int rows, const Place& place) {
+  adaptive_bvh::TriangleMesh mesh;
   for (int j = 0; j <= rows; ++j)
     for (int i = 0; i < columns; ++i)
       mesh.vertices.push_back(place(double(i) / columns, double(j) / rows));
@@ -24,8 +24,8 @@ adaptive_bvh::TriangleMesh<double> around(int columns, int rows, const Place& pl
   return mesh;
 }
 
-inline adaptive_bvh::TriangleMesh<double> ball(int columns, int rows, double radius,
-                                               const fcl::Vector3d& at) {
+inline adaptive_bvh::TriangleMesh ball(int columns, int rows, double radius,
+                                       const fcl::Vector3d& at) {
   return around(columns, rows, [&](double u, double v) -> fcl::Vector3d {
     const double polar = M_PI * (0.01 + 0.98 * v), angle = 2 * M_PI * u;
     const fcl::Vector3d direction(std::sin(polar) * std::cos(angle),

@@ -30,13 +30,13 @@
 namespace {
 
 using adaptive_bvh::BodyId;
-using adaptive_bvh::DeformableMeshd;
-using adaptive_bvh::Scened;
+using adaptive_bvh::DeformableMesh;
+using adaptive_bvh::Scene;
 using adaptive_bvh_bench::around;
 using adaptive_bvh_bench::ball;
 using adaptive_bvh_bench::median;
 using adaptive_bvh_bench::milliseconds;
-using Mesh = adaptive_bvh::TriangleMesh<double>;
+using Mesh = adaptive_bvh::TriangleMesh;
 using Point = fcl::Vector3d;
 using Positions = std::vector<Point>;
 using FclModel = fcl::BVHModel<fcl::OBBRSSd>;
@@ -95,16 +95,16 @@ void hose(int parts, int steps) {
     const double off = std::hypot(at[1], at[2]);
     if (off > 2.8 + radius) bodies.push_back(ball(43, 21, radius, at));
   }
-  DeformableMeshd mesh(hoseAt(0));
-  std::vector<std::unique_ptr<DeformableMeshd>> meshes;
-  std::vector<adaptive_bvh::CoherentDistance<double>> pairs;
-  Scened scene;
+  DeformableMesh mesh(hoseAt(0));
+  std::vector<std::unique_ptr<DeformableMesh>> meshes;
+  std::vector<adaptive_bvh::CoherentDistance> pairs;
+  Scene scene;
   const BodyId id = scene.add(mesh);
   auto fcl_hose = fclModel(hoseAt(0));
   std::vector<std::unique_ptr<fcl::CollisionObjectd>> objects;
-  fcl::DynamicAABBTreeCollisionManager<double> manager;
+  fcl::DynamicAABBTreeCollisionManagerd manager;
   for (const Mesh& body : bodies) {
-    meshes.push_back(std::make_unique<DeformableMeshd>(body));
+    meshes.push_back(std::make_unique<DeformableMesh>(body));
     pairs.emplace_back(mesh, *meshes.back());
     scene.add(*meshes.back());
     objects.push_back(std::make_unique<fcl::CollisionObjectd>(fclModel(body)));
@@ -166,14 +166,14 @@ bool takeContacts(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* data
 }
 
 struct NearPairs {
-  adaptive_bvh::ProximityRequest<double> request;
-  adaptive_bvh::TrianglePairs<double> pairs;
+  adaptive_bvh::ProximityRequest request;
+  adaptive_bvh::TrianglePairs pairs;
   std::size_t found = 0;
 };
 bool takeNearPairs(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* data) {
   auto& all = *static_cast<NearPairs*>(data);
-  const auto meshOf = [](const fcl::CollisionObjectd* object) -> const DeformableMeshd& {
-    return static_cast<const DeformableMeshd&>(*object->collisionGeometry());
+  const auto meshOf = [](const fcl::CollisionObjectd* object) -> const DeformableMesh& {
+    return static_cast<const DeformableMesh&>(*object->collisionGeometry());
   };
   all.found += adaptive_bvh::pairsWithin(meshOf(a), a->getTransform(), meshOf(b), b->getTransform(),
                                          all.request, all.pairs);
@@ -181,7 +181,7 @@ bool takeNearPairs(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* dat
 }
 
 /// FCL's managers compare boxes as they are.
-void computeGrownBox(DeformableMeshd& mesh, fcl::CollisionObjectd& object, double by) {
+void computeGrownBox(DeformableMesh& mesh, fcl::CollisionObjectd& object, double by) {
   const fcl::AABBd box = mesh.aabb_local;
   mesh.aabb_local.expand(Point::Constant(by));
   object.computeAABB();
@@ -291,14 +291,14 @@ class EmbreeCrowd {
 /// `with_peers`: also FCL and Embree, and near pairs.
 double crowd(int count, double side, int steps, bool with_peers) {
   const Crowd bodies(count, side);
-  std::vector<std::shared_ptr<DeformableMeshd>> meshes;
+  std::vector<std::shared_ptr<DeformableMesh>> meshes;
   std::vector<std::unique_ptr<fcl::CollisionObjectd>> objects, mesh_objects, drop_in_objects;
   std::vector<std::shared_ptr<FclModel>> models;
   std::vector<std::shared_ptr<DropIn>> drop_ins;
-  fcl::DynamicAABBTreeCollisionManager<double> manager, mesh_manager, drop_in_manager;
-  Scened scene;
+  fcl::DynamicAABBTreeCollisionManagerd manager, mesh_manager, drop_in_manager;
+  Scene scene;
   for (std::size_t i = 0; i < bodies.rest.size(); ++i) {
-    meshes.push_back(std::make_shared<DeformableMeshd>(bodies.rest[i]));
+    meshes.push_back(std::make_shared<DeformableMesh>(bodies.rest[i]));
     scene.add(meshes[i]);
     if (!with_peers) continue;
     models.push_back(fclModel(bodies.rest[i]));
@@ -316,8 +316,8 @@ double crowd(int count, double side, int steps, bool with_peers) {
   if (with_peers) embree = std::make_unique<EmbreeCrowd>(bodies);
 #endif
   const double edge = 0.35;
-  adaptive_bvh::SceneCollisions<double> contacts;
-  adaptive_bvh::SceneTrianglePairs<double> near;
+  adaptive_bvh::SceneCollisions contacts;
+  adaptive_bvh::SceneTrianglePairs near;
   std::vector<double> updates, all, pairs_only, threads, of_fcl, fcl_pairs, of_drop_in,
       drop_in_pairs, within, by_manager, of_embree;
   const adaptive_bvh::TaskPool two(2);
@@ -331,13 +331,13 @@ double crowd(int count, double side, int steps, bool with_peers) {
       scene.update();
     }));
     all.push_back(updates.back() + milliseconds([&] {
-                    scene.collisions(adaptive_bvh::SceneCollisionRequest(), contacts);
+                    scene.collide(adaptive_bvh::SceneCollisionRequest(), contacts);
                   }));
     touching = contacts.pairs.size();
     num_contacts = contacts.contacts.size();
     adaptive_bvh::SceneCollisionRequest few;
     few.contacts_per_pair = 0;
-    pairs_only.push_back(updates.back() + milliseconds([&] { scene.collisions(few, contacts); }));
+    pairs_only.push_back(updates.back() + milliseconds([&] { scene.collide(few, contacts); }));
     require(contacts.pairs.size() == touching, "touching pairs");
     if (!with_peers) {  // Embree limits oneTBB to its own number of threads
       // A mesh that does not move is not refitted. The second thread is awake, as in a program that
@@ -350,7 +350,7 @@ double crowd(int count, double side, int steps, bool with_peers) {
         two.forEach(int(meshes.size()),
                     [&](int i, int) { meshes[std::size_t(i)]->update(positions[std::size_t(i)]); });
         scene.update();
-        scene.collisions(adaptive_bvh::SceneCollisionRequest(), contacts);
+        scene.collide(adaptive_bvh::SceneCollisionRequest(), contacts);
       }));
       scene.setThreads(1);
       require(contacts.contacts.size() == num_contacts, "contacts by two threads");

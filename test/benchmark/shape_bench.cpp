@@ -25,7 +25,7 @@
 namespace {
 
 using namespace adaptive_bvh_bench;  // NOLINT: this is its program
-using Shape = adaptive_bvh_test::JudgedShape<double>;
+using Shape = adaptive_bvh_test::JudgedShape;
 using Transform = fcl::Transform3d;
 namespace exact = adaptive_bvh_test::exact;
 
@@ -47,7 +47,7 @@ std::vector<Query> queries(double size) {
     all.push_back({shape, true, 0});
     all.push_back({shape, true, 0.6});
   }
-  const Shape below = flat<double>(fcl::Vector3d::UnitX(), 0, true);
+  const Shape below = flat(fcl::Vector3d::UnitX(), 0, true);
   all.push_back({below, false, 0});
   all.push_back({below, true, 0});
   return all;
@@ -95,7 +95,7 @@ struct Truth {
 
 /// Returns whether ours is right.
 bool measure(const scenarios::Body& body, const Query& query, const Transform& pose) {
-  adaptive_bvh::DeformableMeshd ours(body.mesh());
+  adaptive_bvh::DeformableMesh ours(body.mesh());
   fcl::BVHModel<fcl::RSSd> fcls;
   fillModel(body.mesh(), fcls);
   const Transform still = Transform::Identity();
@@ -116,17 +116,16 @@ bool measure(const scenarios::Body& body, const Query& query, const Transform& p
     fcl::DistanceResultd our_nearest, fcl_nearest;
     our_times.query.push_back(milliseconds([&] {
       if (query.is_distance)
-        our_distance =
-            adaptive_bvh::distance<double>(&ours, still, shape, pose, plain, our_nearest);
+        our_distance = adaptive_bvh::distance(&ours, still, shape, pose, plain, our_nearest);
       else
-        our_contacts += adaptive_bvh::collide<double>(&ours, still, shape, pose, all, our_result);
+        our_contacts += adaptive_bvh::collide(&ours, still, shape, pose, all, our_result);
     }));
     if (has_fcl)
       fcl_times.query.push_back(milliseconds([&] {
         if (query.is_distance)
-          fcl_distance = fcl::distance<double>(&fcls, still, shape, pose, plain, fcl_nearest);
+          fcl_distance = fcl::distance(&fcls, still, shape, pose, plain, fcl_nearest);
         else
-          fcl_contacts += fcl::collide<double>(&fcls, still, shape, pose, all, fcl_result);
+          fcl_contacts += fcl::collide(&fcls, still, shape, pose, all, fcl_result);
       }));
     if (f % 8 != 1) continue;
     const Truth truth(query.shape, pose, body, positions);

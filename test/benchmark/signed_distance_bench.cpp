@@ -22,8 +22,8 @@
 namespace {
 
 using namespace adaptive_bvh_bench;  // NOLINT: this is its program
-using Model = adaptive_bvh::DeformableMesh<double>;
-using Result = adaptive_bvh::SignedDistance<double>;
+using Model = adaptive_bvh::DeformableMesh;
+using Result = adaptive_bvh::SignedDistance;
 using Point = fcl::Vector3d;
 using Transform = fcl::Transform3d;
 namespace exact = adaptive_bvh_test::exact;
@@ -132,7 +132,7 @@ void measureBalls() {
 
 #ifdef ADAPTIVE_BVH_HAS_MESH_IO
 /// The parts of a mesh that hang together, the one with the most triangles first.
-std::vector<Surface> partsOf(const adaptive_bvh::TriangleMesh<double>& mesh) {
+std::vector<Surface> partsOf(const adaptive_bvh::TriangleMesh& mesh) {
   std::vector<std::size_t> part(mesh.vertices.size());
   for (std::size_t i = 0; i < part.size(); ++i) part[i] = i;
   for (bool changes = true; changes;) {
@@ -161,7 +161,7 @@ std::vector<Surface> partsOf(const adaptive_bvh::TriangleMesh<double>& mesh) {
 
 /// Each smaller part is pushed into the largest one; then a cylinder, from each side.
 void measureParts(const std::string& file) {
-  const std::vector<Surface> parts = partsOf(adaptive_bvh::loadMesh<double>(file));
+  const std::vector<Surface> parts = partsOf(adaptive_bvh::loadMesh(file));
   const Surface& body = parts[0];
   const Model largest(body.vertices, body.triangles);
   const double size = body.size(), tolerance = 1e-3 * size;

@@ -15,10 +15,10 @@ namespace {
 
 using adaptive_bvh_bench::median;
 using adaptive_bvh_bench::milliseconds;
-using Mesh = adaptive_bvh::DeformableMeshd;
-using Motion = adaptive_bvh::Motion<double>;
+using Mesh = adaptive_bvh::DeformableMesh;
+using Motion = adaptive_bvh::Motion;
 using Positions = std::vector<Eigen::Vector3d>;
-using TriangleMesh = adaptive_bvh::TriangleMesh<double>;
+using TriangleMesh = adaptive_bvh::TriangleMesh;
 
 /// A part of the way from each position to another one.
 Positions between(const Positions& from, const Positions& to, double part) {
@@ -73,9 +73,9 @@ void compareTruncations(const Step& step, int repeats) {
   std::vector<double> safe, shares, safe_times, plane_times, step_times;
   double largest = 0;
   for (int i = 0; i < repeats; ++i) {
-    step_times.push_back(milliseconds([&] { largest = largestSafeStep(motion); }));
-    safe_times.push_back(milliseconds([&] { safeDisplacements(motion, 0, safe); }));
-    plane_times.push_back(milliseconds([&] { truncateMotion(motion, 0, shares); }));
+    step_times.push_back(milliseconds([&] { largest = selfLargestSafeStep(motion); }));
+    safe_times.push_back(milliseconds([&] { selfSafeDisplacements(motion, 0, safe); }));
+    plane_times.push_back(milliseconds([&] { selfTruncateMotion(motion, 0, shares); }));
   }
   std::printf("| %s | %.3f | %.4f | %.4f | %.4f | %.1f | %.1f | %.1f | %.2f |\n",
               step.title.c_str(), wanted.largest / meanEdge(mesh, start), largest,
@@ -99,9 +99,9 @@ void compareIterations(const Step& step, double radius_in_edges, int repeats) {
   const Mesh mesh(step.start);
   const double edge = meanEdge(mesh, start);
   const std::vector<Positions> proposals = iterates(step);
-  adaptive_bvh::TrustRegionRequest<double> request;
+  adaptive_bvh::TrustRegionRequest request;
   request.radius = radius_in_edges * edge;
-  adaptive_bvh::TrustRegiond region(mesh, request);
+  adaptive_bvh::TrustRegion region(mesh, request);
   std::vector<double> region_times, begin_times, step_times;
   Positions accepted;
   int searches = 0;
@@ -114,7 +114,7 @@ void compareIterations(const Step& step, double radius_in_edges, int repeats) {
                            }));
     step_times.push_back(milliseconds([&] {
       for (std::size_t k = 0; k < proposals.size(); ++k)
-        largestSafeStep(Motion(mesh, k ? proposals[k - 1] : start, proposals[k]));
+        selfLargestSafeStep(Motion(mesh, k ? proposals[k - 1] : start, proposals[k]));
     }));
   }
   const Motions wanted(start, step.end), gone(start, accepted);

@@ -19,7 +19,7 @@ namespace {
 
 using adaptive_bvh_bench::median;
 using Model = adaptive_bvh::AdaptiveBVHModeld;
-using Mesh = adaptive_bvh::DeformableMeshd;
+using Mesh = adaptive_bvh::DeformableMesh;
 using Positions = std::vector<scenarios::Point>;
 
 template <typename Work>
@@ -210,8 +210,7 @@ void partial(int rounds) {
       tool.update(tool_frames[frame]);
       fcl::DistanceResultd result;
       const auto origin = fcl::Transform3d::Identity();
-      adaptive_bvh::distance<double>(&model, origin, &tool, origin, fcl::DistanceRequestd(),
-                                     result);
+      adaptive_bvh::distance(&model, origin, &tool, origin, fcl::DistanceRequestd(), result);
     };
     compare(
         "x " + std::to_string(resolution * resolution), size(all), rounds, poke.frames.size(),
@@ -236,7 +235,7 @@ void threads(int rounds, int count) {
   const auto compareThreads = [&](const std::string& what, auto one,
                                   const std::vector<Positions>& frames) {
     auto many = one;
-    many.setUpdateThreads(count);
+    many.setThreads(count);
     compare(
         what, size(one), rounds, frames.size(), [&](std::size_t i) { one.update(frames[i]); },
         nothing, [&](std::size_t i) { many.update(frames[i]); }, nothing);

@@ -15,7 +15,7 @@ using fcl::Vector3d;
 /// The scale is a power of two that brings the length to between 1 and 2: products with it are
 /// exact. So it is for lengths of any size; a body without one keeps its unit.
 TEST(BodyCoordinates, ScaleIsAPowerOfTwo) {
-  RandomGeometry<double> random(5);
+  RandomGeometry random(5);
   for (int round = 0; round < 2000; ++round) {
     const double length = random.size(-200, 70);
     const auto of = BodyCoordinates::about(random.point(), Matrix3d::Identity(), length);
@@ -36,7 +36,7 @@ TEST(BodyCoordinates, ScaleIsAPowerOfTwo) {
 /// Axes that are off by the rounding of float are orthonormal in double afterwards, and near what
 /// they were.
 TEST(BodyCoordinates, AxesAreMadeOrthonormal) {
-  RandomGeometry<float> random(5);
+  RandomGeometry random(5);
   for (int round = 0; round < 1000; ++round) {
     const Matrix3d given = random.rotation().cast<double>();
     const Matrix3d axes = BodyCoordinates::about(Vector3d(1, 2, 3), given, 5).axes();

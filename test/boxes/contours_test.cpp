@@ -22,9 +22,9 @@ using Edges = std::set<std::pair<unsigned, unsigned>>;
 
 class ContoursTest : public testing::Test {
  protected:
-  void adopt(const TriangleMesh<double>& mesh) { mesh_.emplace(mesh); }
-  const WideTree& tree() const { return MeshAccess<double>::state(*mesh_).tree; }
-  const Contours& contours() const { return MeshAccess<double>::state(*mesh_).topology->contours; }
+  void adopt(const TriangleMesh& mesh) { mesh_.emplace(mesh); }
+  const WideTree& tree() const { return MeshAccess::state(*mesh_).tree; }
+  const Contours& contours() const { return MeshAccess::state(*mesh_).topology->contours; }
   Edges edgesAround(const Patch& patch) const {
     Edges edges;
     for (unsigned t = patch.first; t < patch.first + patch.count; ++t)
@@ -43,11 +43,11 @@ class ContoursTest : public testing::Test {
     return edges;
   }
 
-  std::optional<adaptive_bvh::DeformableMeshd> mesh_;
+  std::optional<adaptive_bvh::DeformableMesh> mesh_;
 };
 
 TEST_F(ContoursTest, AreTheEdgesAroundEachNode) {
-  adopt(plate<double>(40, 30));
+  adopt(plate(40, 30));
   EXPECT_EQ(contours().patch(0).count, 2400u);
   EXPECT_EQ(contours().patch(0).length, 140u);
   int found = 0;
@@ -61,19 +61,19 @@ TEST_F(ContoursTest, AreTheEdgesAroundEachNode) {
 }
 
 TEST_F(ContoursTest, OfNoSingleCurveAreNone) {
-  TriangleMesh<double> ring = plate<double>(20, 6);
+  TriangleMesh ring = plate(20, 6);
   for (fcl::Triangle& t : ring.triangles) {
     const auto joined = [](std::size_t v) { return v % 21 == 20 ? v - 20 : v; };
     t.set(joined(t[0]), joined(t[1]), joined(t[2]));
   }
-  for (Vector3<double>& p : ring.vertices)
+  for (fcl::Vector3d& p : ring.vertices)
     p = {std::cos(2 * M_PI * p[0]), std::sin(2 * M_PI * p[0]), p[1]};
   adopt(ring);
   EXPECT_EQ(contours().patch(0).length, 0u) << "it has two ends";
 }
 
 TEST_F(ContoursTest, OfASurfaceWithTwoOrientationsAreNone) {
-  TriangleMesh<double> one_side_turned = plate<double>(10, 10);
+  TriangleMesh one_side_turned = plate(10, 10);
   for (std::size_t t = 0; t < 60; ++t) {
     fcl::Triangle& triangle = one_side_turned.triangles[t];
     triangle.set(triangle[0], triangle[2], triangle[1]);
@@ -83,9 +83,9 @@ TEST_F(ContoursTest, OfASurfaceWithTwoOrientationsAreNone) {
 }
 
 TEST_F(ContoursTest, ThatComeToAVertexTwiceAreNone) {
-  TriangleMesh<double> two = plate<double>(5, 5);  // and another that meets it in a corner
+  TriangleMesh two = plate(5, 5);  // and another that meets it in a corner
   const std::size_t corner = two.vertices.size() - 1;
-  const auto other = plate<double>(5, 5);
+  const auto other = plate(5, 5);
   for (const fcl::Triangle& t : other.triangles) {
     const auto moved = [&](std::size_t v) { return v == 0 ? corner : corner + v; };
     two.triangles.emplace_back(moved(t[0]), moved(t[1]), moved(t[2]));

@@ -18,18 +18,17 @@ namespace flat_patches_test {
 
 using adaptive_bvh::FlatPatches;
 using adaptive_bvh::Patch;
-using Mesh = adaptive_bvh::DeformableMeshd;
+using Mesh = adaptive_bvh::DeformableMesh;
 
 /// The flat nodes of a mesh.
 class FlatNodes {
  public:
   explicit FlatNodes(const Mesh& mesh)
-      : mesh_(adaptive_bvh::detail::MeshAccess<double>::state(mesh)),
+      : mesh_(adaptive_bvh::detail::MeshAccess::state(mesh)),
         wide_(mesh_.tree),
         contours_(mesh_.topology->contours),
         flat_(wide_, contours_),
-        touching_(BruteForce<double>(mesh, fcl::Transform3d::Identity(), mesh,
-                                     fcl::Transform3d::Identity())
+        touching_(BruteForce(mesh, fcl::Transform3d::Identity(), mesh, fcl::Transform3d::Identity())
                       .contacts()) {}
 
   bool hasFlatRoot() const { return flat_.contains(0); }
@@ -67,12 +66,12 @@ class FlatNodes {
   const std::set<std::pair<int, int>> touching_;
 };
 
-unsigned flatTriangles(const TriangleMesh<double>& triangles) {
+unsigned flatTriangles(const TriangleMesh& triangles) {
   const Mesh mesh(triangles);
   return FlatNodes(mesh).check();
 }
 
-bool isFlat(const TriangleMesh<double>& triangles) {
+bool isFlat(const TriangleMesh& triangles) {
   const Mesh mesh(triangles);
   return FlatNodes(mesh).hasFlatRoot();
 }
@@ -88,12 +87,11 @@ TEST(FlatPatches, HoldNoPairThatFclCallsTouching) {
     // From smooth to crumpled; squeezed, so that triangles become slender.
     const double height = 0.4 * std::fabs(one(random)), noise = 0.06 * std::pow(one(random), 4),
                  squeeze = std::pow(10., -2.5 * std::fabs(one(random))), waves = 12 * one(random);
-    auto mesh = plate<double>(kColumns, kRows);
-    const auto pose = randomPose<double>(random, 2);
+    auto mesh = plate(kColumns, kRows);
+    const auto pose = randomPose(random, 2);
     for (auto& p : mesh.vertices) {
       p = {p[0] * squeeze, p[1], height * std::sin(waves * p[0] + 3 * p[1])};
-      p = pose *
-          Vector3<double>(p + noise * Vector3<double>(one(random), one(random), one(random)));
+      p = pose * fcl::Vector3d(p + noise * fcl::Vector3d(one(random), one(random), one(random)));
     }
     flat += flatTriangles(mesh);
     all += kAll;
@@ -103,19 +101,19 @@ TEST(FlatPatches, HoldNoPairThatFclCallsTouching) {
 }
 
 TEST(FlatPatches, HoldASheetAndADome) {
-  EXPECT_TRUE(isFlat(plate<double>(kColumns, kRows)));
-  const auto bowl = bent<double>(kColumns, kRows, [](double u, double v) {
+  EXPECT_TRUE(isFlat(plate(kColumns, kRows)));
+  const auto bowl = bent(kColumns, kRows, [](double u, double v) {
     const double x = 1.2 * u - 0.6, y = 1.2 * v - 0.6;
-    return Vector3<double>(x, y, std::sqrt(1 - x * x - y * y));
+    return fcl::Vector3d(x, y, std::sqrt(1 - x * x - y * y));
   });
   EXPECT_TRUE(isFlat(bowl));
 }
 
 /// All of it faces up, and it goes around by `turns`, to above where it began.
-TriangleMesh<double> ramp(double turns) {
-  return bent<double>(6, 80, [turns](double u, double v) {
+TriangleMesh ramp(double turns) {
+  return bent(6, 80, [turns](double u, double v) {
     const double around = 2 * M_PI * turns * v, radius = 1 + u;
-    return Vector3<double>(radius * std::cos(around), radius * std::sin(around), 0.2 * v);
+    return fcl::Vector3d(radius * std::cos(around), radius * std::sin(around), 0.2 * v);
   });
 }
 
@@ -127,8 +125,8 @@ TEST(FlatPatches, AreNotARampOfMoreThanOneTurn) {
 
 /// As seen along any direction it covers some point twice.
 TEST(FlatPatches, AreNotAFoldedSheet) {
-  const auto folded = bent<double>(kColumns, kRows, [](double u, double v) {
-    return v < 0.5 ? Vector3<double>(u, v, 0) : Vector3<double>(u, 1 - v, 0.01 * (v - 0.5));
+  const auto folded = bent(kColumns, kRows, [](double u, double v) {
+    return v < 0.5 ? fcl::Vector3d(u, v, 0) : fcl::Vector3d(u, 1 - v, 0.01 * (v - 0.5));
   });
   EXPECT_FALSE(isFlat(folded));
 }

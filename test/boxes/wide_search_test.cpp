@@ -47,9 +47,9 @@ struct Listing : adaptive_bvh::LeafSink {
 /// A soup of triangles, and its tree.
 class Soup {
  public:
-  Soup(int triangles, RandomGeometry<double>& random)
-      : mesh_(soup<double>(triangles, random.engine())),
-        tree(adaptive_bvh::detail::MeshAccess<double>::state(mesh_).tree) {}
+  Soup(int triangles, RandomGeometry& random)
+      : mesh_(soup(triangles, random.engine())),
+        tree(adaptive_bvh::detail::MeshAccess::state(mesh_).tree) {}
 
   /// Calls act(triangle, its boxes, its lane).
   template <typename Do>
@@ -60,7 +60,7 @@ class Soup {
   }
 
  private:
-  const adaptive_bvh::DeformableMeshd mesh_;
+  const adaptive_bvh::DeformableMesh mesh_;
 
  public:
   const WideTree& tree;
@@ -117,7 +117,7 @@ void expectAllFound(const Soup& first, const Soup& second, const BoxFrame& frame
 }
 
 TEST(WideSearch, FindsWhatOverlaps) {
-  RandomGeometry<double> random(62);
+  RandomGeometry random(62);
   std::size_t seen = 0;
   for (const int triangles : {1, 2, 4, 5, 17, 300}) {
     const Soup a(triangles, random), b(triangles + 3, random);
@@ -135,7 +135,7 @@ TEST(WideSearch, FindsWhatOverlaps) {
 }
 
 /// Boxes of displacements that are points in most leaves; by triangle the box of its leaf.
-std::vector<Box> moveSome(const WideTree& tree, RandomGeometry<double>& random,
+std::vector<Box> moveSome(const WideTree& tree, RandomGeometry& random,
                           std::vector<Box>& of_triangles) {
   const auto anyBox = [&]() -> Box {
     const Float4 at = {float(random.uniform(-0.4, 0.4)), float(random.uniform(-0.4, 0.4)), 0, 0},
@@ -158,7 +158,7 @@ std::vector<Box> moveSome(const WideTree& tree, RandomGeometry<double>& random,
 }
 
 TEST(WideSearch, FindsPairsOfMovedNodes) {
-  RandomGeometry<double> random(63);
+  RandomGeometry random(63);
   std::size_t seen = 0, left_out = 0;
   for (const int triangles : {2, 17, 300})
     for (const bool is_self : {false, true}) {

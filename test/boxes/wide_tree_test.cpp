@@ -26,7 +26,7 @@ using adaptive_bvh::WideTree;
 
 class Wide : public testing::Test {
  protected:
-  void adopt(const TriangleMesh<double>& mesh) {
+  void adopt(const TriangleMesh& mesh) {
     mesh_ = mesh;
     const MeshView<double> view{mesh_.vertices.data(), nullptr, mesh_.triangles.data()};
     const auto count = unsigned(mesh_.triangles.size());
@@ -77,14 +77,14 @@ class Wide : public testing::Test {
     EXPECT_EQ(all, triangles);
   }
 
-  TriangleMesh<double> mesh_;
+  TriangleMesh mesh_;
   WideTree tree_;
-  RandomGeometry<double> random_{61};
+  RandomGeometry random_{61};
 };
 
 TEST_F(Wide, HasEveryTriangleOnce) {
   for (int triangles : {1, 2, 3, 4, 5, 9, 100, 700}) {
-    adopt(soup<double>(triangles, random_.engine()));
+    adopt(soup(triangles, random_.engine()));
     const auto coordinates =
         BodyCoordinates::about(fcl::Vector3d::Zero(), fcl::Matrix3d::Identity(), 4);
     tree_.refit(mesh_.vertices.data(), coordinates, TaskPool(1));
@@ -102,12 +102,12 @@ TEST_F(Wide, HasEveryTriangleOnce) {
 
 TEST_F(Wide, BoxesHoldTheirTriangles) {
   for (double scale : {1e-3, 1., 1e6}) {
-    TriangleMesh<double> mesh = soup<double>(300, random_.engine());
-    for (Vector3<double>& p : mesh.vertices) p *= double(scale);
-    const fcl::Matrix3d axes = randomPose<double>(random_.engine(), 0).linear();
-    const Vector3<double> origin = Vector3<double>::Constant(double(0.5 * scale));
+    TriangleMesh mesh = soup(300, random_.engine());
+    for (fcl::Vector3d& p : mesh.vertices) p *= double(scale);
+    const fcl::Matrix3d axes = randomPose(random_.engine(), 0).linear();
+    const fcl::Vector3d origin = fcl::Vector3d::Constant(double(0.5 * scale));
     double size = 0;
-    for (const Vector3<double>& p : mesh.vertices)
+    for (const fcl::Vector3d& p : mesh.vertices)
       size = std::max(size, (axes.transpose() * (p - origin)).cwiseAbs().maxCoeff());
     const auto coordinates = BodyCoordinates::about(origin, axes, size);
     for (int threads : {1, 3}) {
@@ -116,7 +116,7 @@ TEST_F(Wide, BoxesHoldTheirTriangles) {
       expectRight();
     }
     // Node by node, those below first.
-    for (Vector3<double>& p : mesh_.vertices) p += double(0.1) * (origin - p);
+    for (fcl::Vector3d& p : mesh_.vertices) p += 0.1 * (origin - p);
     for (int node = tree_.size(); node-- > 0;) tree_.refitNode(mesh_.vertices.data(), node);
     expectRight();
   }

@@ -116,31 +116,28 @@ void expectPairs(const AllPairs::Gaps& all, const std::vector<FeaturePair>& foun
   for (const auto& pair : set) ASSERT_TRUE(all.count(pair));
 }
 
-template <typename S>
 class ContinuousCollision : public testing::Test {
  protected:
-  using Model = DeformableMesh<S>;
-  using Points = std::vector<Vector3<S>>;
+  using Model = DeformableMesh;
+  using Points = std::vector<fcl::Vector3d>;
 
   /// A crumpled sheet or a tube, or triangles that share nothing, and where it goes.
-  TriangleMesh<S> mesh(int kind) {
-    if (kind == 2) return soup<S>(40, random_.engine());
-    TriangleMesh<S> mesh = kind == 0 ? plate<S>(6, 5) : tube<S>(6, 6);
-    for (auto& x : mesh.vertices) x += random_.point() * S(0.1);
+  TriangleMesh mesh(int kind) {
+    if (kind == 2) return soup(40, random_.engine());
+    TriangleMesh mesh = kind == 0 ? plate(6, 5) : tube(6, 6);
+    for (auto& x : mesh.vertices) x += random_.point() * 0.1;
     if (kind == 1) mesh.triangles[3].set(1, 2, 2);  // collapsed
     return mesh;
   }
-  Points moved(const Points& from, S size) {
+  Points moved(const Points& from, double size) {
     Points to = from;
-    const Vector3<S> together = random_.point() * size;
-    for (auto& x : to) x += together + random_.point() * size * S(0.5);
+    const fcl::Vector3d together = random_.point() * size;
+    for (auto& x : to) x += together + random_.point() * size * 0.5;
     return to;
   }
-  static std::vector<P> inWorld(const Points& points, const fcl::Transform3<S>& tf) {
+  static std::vector<P> inWorld(const Points& points, const fcl::Transform3d& tf) {
     std::vector<P> world;
-    for (const auto& x : points)
-      world.push_back(tf.linear().template cast<double>() * x.template cast<double>() +
-                      tf.translation().template cast<double>());
+    for (const auto& x : points) world.push_back(tf.linear() * x + tf.translation());
     return world;
   }
   static double sizeOf(const Moving& a, const Moving& b) {
@@ -152,7 +149,7 @@ class ContinuousCollision : public testing::Test {
 
   /// A model with the motion of one body, and what it is in the world.
   struct Body {
-    Body(ContinuousCollision& test, int kind, S motion, S reach)
+    Body(ContinuousCollision& test, int kind, double motion, double reach)
         : mesh(test.mesh(kind)), model(mesh) {
       end = test.moved(mesh.vertices, motion);
       if (reach > 0) {
@@ -161,12 +158,12 @@ class ContinuousCollision : public testing::Test {
       }
       world = {inWorld(mesh.vertices, start_tf), inWorld(end, end_tf), mesh.triangles};
     }
-    Motion<S> motion() const { return Motion<S>(model, mesh.vertices, end, start_tf, end_tf); }
+    Motion motion() const { return Motion(model, mesh.vertices, end, start_tf, end_tf); }
 
-    TriangleMesh<S> mesh;
+    TriangleMesh mesh;
     Model model;
     Points end;
-    fcl::Transform3<S> start_tf = fcl::Transform3<S>::Identity(), end_tf = start_tf;
+    fcl::Transform3d start_tf = fcl::Transform3d::Identity(), end_tf = start_tf;
     Moving world;
   };
 
@@ -187,26 +184,22 @@ class ContinuousCollision : public testing::Test {
   }
   static void expectSame(const Impact& a, const Impact& b) {
     ASSERT_EQ(a.time, b.time);
-    if (!a.happens()) return;
+    if (!a.exists()) return;
     ASSERT_EQ(a.kind, b.kind);
     ASSERT_TRUE(a.pair == b.pair);
   }
 
-  RandomGeometry<S> random_{31};
+  RandomGeometry random_{31};
 };
-
-TYPED_TEST_SUITE(ContinuousCollision, QueryScalars);
 
 /// Candidates of two meshes are the pairs whose swept boxes are near, and the earliest impact is
 /// the earliest of theirs.
-TYPED_TEST(ContinuousCollision, TwoMeshesAgainstAllPairs) {
-  using S = TypeParam;
+TEST_F(ContinuousCollision, TwoMeshesAgainstAllPairs) {
   int impacts = 0, none = 0;
   for (int round = 0; round < 24; ++round) {
-    const S size = S(this->random_.size(-2, 0));
-    const S reach = round % 2 ? S(0) : S(0.6);
-    const typename TestFixture::Body a(*this, round % 3, size, reach),
-        b(*this, round / 3 % 3, size, reach);
+    const double size = double(this->random_.size(-2, 0));
+    const double reach = round % 2 ? 0. : 0.6;
+    const Body a(*this, round % 3, size, reach), b(*this, round / 3 % 3, size, reach);
     const double separation = round % 4 < 2 ? 0 : this->random_.size(-3, -0.5);
     FeaturePairs pairs;
     candidates(a.motion(), b.motion(), separation, pairs);
@@ -224,85 +217,80 @@ TYPED_TEST(ContinuousCollision, TwoMeshesAgainstAllPairs) {
     EXPECT_TRUE(pairs.vertex_face == again.vertex_face && pairs.edge_edge == again.edge_edge &&
                 pairs.face_vertex == again.face_vertex);
     EXPECT_EQ(std::min(1., first.time), largestSafeStep(a.motion(), b.motion(), separation));
-    if (first.happens()) {
+    if (first.exists()) {
       EXPECT_EQ(first.time,
                 timeOfImpact(a.motion(), b.motion(), first.kind, first.pair, separation));
     }
-    (first.happens() ? impacts : none) += 1;
+    (first.exists() ? impacts : none) += 1;
   }
   EXPECT_GT(impacts, 3);
 }
 
 /// Of one mesh with itself, too; features that share a vertex are left out.
-TYPED_TEST(ContinuousCollision, OneMeshAgainstAllPairs) {
-  using S = TypeParam;
+TEST_F(ContinuousCollision, OneMeshAgainstAllPairs) {
   int impacts = 0;
   for (int round = 0; round < 24; ++round) {
-    const typename TestFixture::Body a(*this, round % 3, S(this->random_.size(-3, 0)),
-                                       round % 2 ? S(0) : S(10));
+    const Body a(*this, round % 3, double(this->random_.size(-3, 0)), round % 2 ? 0. : 10.);
     const double separation = round % 4 < 2 ? 0 : this->random_.size(-4, -1);
     FeaturePairs pairs;
-    candidates(a.motion(), separation, pairs);
+    selfCandidates(a.motion(), separation, pairs);
     const AllPairs all(a.world, a.world);
     const double tolerance = 1e-5 * this->sizeOf(a.world, a.world) + 1e-5 * separation;
     expectPairs(all.vertex_face, pairs.vertex_face, separation, tolerance);
     expectPairs(all.edge_edge, pairs.edge_edge, separation, tolerance);
     EXPECT_TRUE(pairs.face_vertex.empty());
     ImpactTimes times;
-    timesOfImpact(a.motion(), pairs, separation, times);
+    selfTimesOfImpact(a.motion(), pairs, separation, times);
     const Impact first = this->earliest(pairs, times);
-    this->expectSame(first, earliestImpact(a.motion(), separation));
+    this->expectSame(first, selfEarliestImpact(a.motion(), separation));
     FeaturePairs again;
-    this->expectSame(first, earliestImpact(a.motion(), separation, again));
+    this->expectSame(first, selfEarliestImpact(a.motion(), separation, again));
     EXPECT_TRUE(pairs.vertex_face == again.vertex_face && pairs.edge_edge == again.edge_edge);
-    EXPECT_EQ(std::min(1., first.time), largestSafeStep(a.motion(), separation));
-    if (first.happens()) {
-      EXPECT_EQ(first.time, timeOfImpact(a.motion(), first.kind, first.pair, separation));
+    EXPECT_EQ(std::min(1., first.time), selfLargestSafeStep(a.motion(), separation));
+    if (first.exists()) {
+      EXPECT_EQ(first.time, selfTimeOfImpact(a.motion(), first.kind, first.pair, separation));
     }
-    impacts += first.happens();
+    impacts += first.exists();
   }
   EXPECT_GT(impacts, 3);
 }
 
 /// A two-frame update says what moves, and how.
-TYPED_TEST(ContinuousCollision, TwoFrameUpdate) {
-  using S = TypeParam;
+TEST_F(ContinuousCollision, TwoFrameUpdate) {
   for (int round = 0; round < 4; ++round) {
-    typename TestFixture::Body a(*this, 0, S(0.1), 0);
-    const double expected = earliestImpact(a.motion(), 0.).time;
-    EXPECT_THROW(Motion<S>{a.model}, std::invalid_argument);
+    Body a(*this, 0, 0.1, 0);
+    const double expected = selfEarliestImpact(a.motion(), 0.).time;
+    EXPECT_THROW(Motion{a.model}, std::invalid_argument);
     a.model.updateTwoFrames(a.end);
-    EXPECT_EQ(expected, earliestImpact(Motion<S>(a.model), 0.).time);
+    EXPECT_EQ(expected, selfEarliestImpact(Motion(a.model), 0.).time);
     EXPECT_TRUE(a.model.validate());
     a.model.update(a.end);
-    EXPECT_THROW(Motion<S>{a.model}, std::invalid_argument) << "one frame again";
+    EXPECT_THROW(Motion{a.model}, std::invalid_argument) << "one frame again";
   }
 }
 
 /// Whatever vertices do within their safe displacements, nothing comes together.
-TYPED_TEST(ContinuousCollision, SafeDisplacements) {
-  using S = TypeParam;
+TEST_F(ContinuousCollision, SafeDisplacements) {
   int bounded = 0, whole = 0;
   for (int round = 0; round < 24; ++round) {
-    const typename TestFixture::Body a(*this, round % 3, S(this->random_.size(-2, 0)), 0),
-        b(*this, (round + 1) % 3, S(this->random_.size(-2, 0)), S(1.2));
+    const Body a(*this, round % 3, double(this->random_.size(-2, 0)), 0),
+        b(*this, (round + 1) % 3, double(this->random_.size(-2, 0)), 1.2);
     const double separation = round % 4 < 2 ? 0 : 1e-3;
     std::vector<double> self, of_a, of_b;
-    safeDisplacements(a.motion(), separation, self);
+    selfSafeDisplacements(a.motion(), separation, self);
     safeDisplacements(a.motion(), b.motion(), separation, of_a, of_b);
     ASSERT_EQ(a.end.size(), self.size());
     ASSERT_EQ(a.end.size(), of_a.size());
     ASSERT_EQ(b.end.size(), of_b.size());
     // Anywhere within, in the model's frame; a little less, for the rounding of positions.
-    const auto within = [&](const typename TestFixture::Body& body,
-                            const std::vector<double>& safe) {
-      const S turned = S(this->random_.oneIn(2));
-      typename TestFixture::Points to = body.mesh.vertices;
+    const auto within = [&](const Body& body, const std::vector<double>& safe) {
+      const double turned = double(this->random_.oneIn(2));
+      Points to = body.mesh.vertices;
       for (std::size_t v = 0; v < to.size(); ++v) {
-        const Vector3<S> own = body.end[v] - to[v];
-        const Vector3<S> way =
-            turned > 0 && own.norm() > 0 ? Vector3<S>(own.normalized()) : this->random_.direction();
-        to[v] += way * (S(safe[v]) * S(0.9999));
+        const fcl::Vector3d own = body.end[v] - to[v];
+        const fcl::Vector3d way = turned > 0 && own.norm() > 0 ? fcl::Vector3d(own.normalized())
+                                                               : this->random_.direction();
+        to[v] += way * (double(safe[v]) * 0.9999);
         const double wanted = (body.world.end[v] - body.world.start[v]).norm();
         EXPECT_LE(safe[v], wanted * (1 + 1e-12));
         (safe[v] < wanted * (1 - 1e-9) ? bounded : whole) += 1;
@@ -310,23 +298,22 @@ TYPED_TEST(ContinuousCollision, SafeDisplacements) {
       return to;
     };
     const bool apart_alone =
-        earliestImpact(Motion<S>(a.model, a.mesh.vertices, a.mesh.vertices), separation).time > 0;
-    const Motion<S> b_rest(b.model, b.mesh.vertices, b.mesh.vertices, b.start_tf, b.start_tf);
+        selfEarliestImpact(Motion(a.model, a.mesh.vertices, a.mesh.vertices), separation).time > 0;
+    const Motion b_rest(b.model, b.mesh.vertices, b.mesh.vertices, b.start_tf, b.start_tf);
     const bool apart =
-        earliestImpact(Motion<S>(a.model, a.mesh.vertices, a.mesh.vertices), b_rest, separation)
-            .time > 0;
+        earliestImpact(Motion(a.model, a.mesh.vertices, a.mesh.vertices), b_rest, separation).time >
+        0;
     for (int trial = 0; trial < 4; ++trial) {
       const auto to_self = within(a, self), to_a = within(a, of_a), to_b = within(b, of_b);
       if (apart_alone) {
         EXPECT_FALSE(
-            earliestImpact(Motion<S>(a.model, a.mesh.vertices, to_self), separation).happens());
+            selfEarliestImpact(Motion(a.model, a.mesh.vertices, to_self), separation).exists());
       }
       if (apart) {
-        EXPECT_FALSE(
-            earliestImpact(Motion<S>(a.model, a.mesh.vertices, to_a),
-                           Motion<S>(b.model, b.mesh.vertices, to_b, b.start_tf, b.start_tf),
-                           separation)
-                .happens());
+        EXPECT_FALSE(earliestImpact(Motion(a.model, a.mesh.vertices, to_a),
+                                    Motion(b.model, b.mesh.vertices, to_b, b.start_tf, b.start_tf),
+                                    separation)
+                         .exists());
       }
     }
   }
@@ -335,87 +322,85 @@ TYPED_TEST(ContinuousCollision, SafeDisplacements) {
 }
 
 /// On two threads there are the same pairs in the same order, and the same earliest impact.
-TYPED_TEST(ContinuousCollision, OnThreads) {
-  using S = TypeParam;
-  TriangleMesh<S> mesh = plate<S>(60, 60);
-  for (auto& x : mesh.vertices) x += this->random_.point() * S(0.02);
-  typename TestFixture::Model model(mesh);
-  const auto end = this->moved(mesh.vertices, S(0.03));
-  const Motion<S> motion(model, mesh.vertices, end);
+TEST_F(ContinuousCollision, OnThreads) {
+  TriangleMesh mesh = plate(60, 60);
+  for (auto& x : mesh.vertices) x += this->random_.point() * 0.02;
+  Model model(mesh);
+  const auto end = this->moved(mesh.vertices, 0.03);
+  const Motion motion(model, mesh.vertices, end);
   FeaturePairs one, two;
   ImpactTimes times_one, times_two;
-  candidates(motion, 1e-3, one);
-  timesOfImpact(motion, one, 1e-3, times_one);
-  const Impact first = earliestImpact(motion, 1e-3);
+  selfCandidates(motion, 1e-3, one);
+  selfTimesOfImpact(motion, one, 1e-3, times_one);
+  const Impact first = selfEarliestImpact(motion, 1e-3);
   const Impact between = earliestImpact(motion, motion, 0);
-  model.setQueryThreads(2);
-  candidates(motion, 1e-3, two);
-  timesOfImpact(motion, two, 1e-3, times_two);
+  model.setThreads(2);
+  selfCandidates(motion, 1e-3, two);
+  selfTimesOfImpact(motion, two, 1e-3, times_two);
   EXPECT_GT(one.size(), 10000u);
   EXPECT_TRUE(one.vertex_face == two.vertex_face);
   EXPECT_TRUE(one.edge_edge == two.edge_edge);
   EXPECT_EQ(times_one.vertex_face, times_two.vertex_face);
   EXPECT_EQ(times_one.edge_edge, times_two.edge_edge);
-  this->expectSame(first, earliestImpact(motion, 1e-3));
-  this->expectSame(first, earliestImpact(motion, 1e-3, two));
+  this->expectSame(first, selfEarliestImpact(motion, 1e-3));
+  this->expectSame(first, selfEarliestImpact(motion, 1e-3, two));
   EXPECT_TRUE(one.edge_edge == two.edge_edge);
   this->expectSame(between, earliestImpact(motion, motion, 0));
   EXPECT_EQ(0, between.time) << "a mesh touches its like from the start";
 }
 
 /// Wrong calls are refused.
-TYPED_TEST(ContinuousCollision, Refuses) {
-  using S = TypeParam;
-  const typename TestFixture::Body a(*this, 0, S(0.2), 0);
-  const Motion<S> motion = a.motion();
+TEST_F(ContinuousCollision, Refuses) {
+  const Body a(*this, 0, 0.2, 0);
+  const Motion motion = a.motion();
   FeaturePairs pairs;
   ImpactTimes times;
   std::vector<double> safe;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double separation : {-1., nan, std::numeric_limits<double>::infinity()}) {
-    EXPECT_THROW(candidates(motion, separation, pairs), std::invalid_argument);
+    EXPECT_THROW(selfCandidates(motion, separation, pairs), std::invalid_argument);
     EXPECT_THROW(earliestImpact(motion, motion, separation), std::invalid_argument);
-    EXPECT_THROW(timesOfImpact(motion, pairs, separation, times), std::invalid_argument);
-    EXPECT_THROW(safeDisplacements(motion, separation, safe), std::invalid_argument);
-    EXPECT_THROW(timeOfImpact(motion, FeatureKind::EdgeEdge, {0, 1}, separation),
+    EXPECT_THROW(selfTimesOfImpact(motion, pairs, separation, times), std::invalid_argument);
+    EXPECT_THROW(selfSafeDisplacements(motion, separation, safe), std::invalid_argument);
+    EXPECT_THROW(selfTimeOfImpact(motion, FeatureKind::EdgeEdge, {0, 1}, separation),
                  std::invalid_argument);
   }
   auto short_end = a.end;
   short_end.pop_back();
-  EXPECT_THROW(Motion<S>(a.model, a.mesh.vertices, short_end), std::invalid_argument);
-  EXPECT_THROW(Motion<S>(a.model, short_end, short_end), std::invalid_argument);
-  EXPECT_THROW(Motion<S>(a.model, nullptr, nullptr, a.end.size()), std::invalid_argument);
-  for (const S bad : {S(nan), std::numeric_limits<S>::infinity()}) {
+  EXPECT_THROW(Motion(a.model, a.mesh.vertices, short_end), std::invalid_argument);
+  EXPECT_THROW(Motion(a.model, short_end, short_end), std::invalid_argument);
+  EXPECT_THROW(Motion(a.model, nullptr, nullptr, a.end.size()), std::invalid_argument);
+  for (const double bad : {double(nan), std::numeric_limits<double>::infinity()}) {
     auto end = a.end;
     end.back()[1] = bad;
-    const Motion<S> broken(a.model, a.mesh.vertices, end);
-    EXPECT_THROW(earliestImpact(broken), std::invalid_argument);
-    EXPECT_THROW(timeOfImpact(broken, FeatureKind::EdgeEdge, {0, 1}), std::invalid_argument);
-    auto tf = fcl::Transform3<S>(fcl::Transform3<S>::Identity());
+    const Motion broken(a.model, a.mesh.vertices, end);
+    EXPECT_THROW(selfEarliestImpact(broken), std::invalid_argument);
+    EXPECT_THROW(selfTimeOfImpact(broken, FeatureKind::EdgeEdge, {0, 1}), std::invalid_argument);
+    auto tf = fcl::Transform3d(fcl::Transform3d::Identity());
     tf.translation()[0] = bad;
-    EXPECT_THROW(earliestImpact(Motion<S>(a.model, a.end, a.end, tf, tf)), std::invalid_argument);
+    EXPECT_THROW(selfEarliestImpact(Motion(a.model, a.end, a.end, tf, tf)), std::invalid_argument);
   }
   const unsigned vertices = unsigned(a.end.size()), faces = unsigned(a.mesh.triangles.size());
   for (const FeaturePair& pair : {FeaturePair{vertices, 0}, FeaturePair{0, faces}})
-    EXPECT_THROW(timeOfImpact(motion, FeatureKind::VertexFace, pair), std::invalid_argument);
-  EXPECT_THROW(timeOfImpact(motion, FeatureKind::FaceVertex, {0, 0}), std::invalid_argument);
+    EXPECT_THROW(selfTimeOfImpact(motion, FeatureKind::VertexFace, pair), std::invalid_argument);
+  EXPECT_THROW(selfTimeOfImpact(motion, FeatureKind::FaceVertex, {0, 0}), std::invalid_argument);
   EXPECT_THROW(timeOfImpact(motion, motion, FeatureKind::FaceVertex, {faces, 0}),
                std::invalid_argument);
-  EXPECT_THROW(timeOfImpact(motion, FeatureKind::EdgeEdge, {3 * faces, 0}), std::invalid_argument);
+  EXPECT_THROW(selfTimeOfImpact(motion, FeatureKind::EdgeEdge, {3 * faces, 0}),
+               std::invalid_argument);
   pairs.edge_edge.push_back({0, 3 * faces});
-  EXPECT_THROW(timesOfImpact(motion, pairs, 0, times), std::invalid_argument);
+  EXPECT_THROW(selfTimesOfImpact(motion, pairs, 0, times), std::invalid_argument);
 }
 
 /// A motion in which nothing moves, and a mesh that is a point.
-TYPED_TEST(ContinuousCollision, AtRestAndCollapsed) {
-  using S = TypeParam;
-  const typename TestFixture::Body a(*this, 2, S(0), 0);
-  const Motion<S> at_rest(a.model, a.mesh.vertices, a.mesh.vertices);
-  const Impact none = earliestImpact(at_rest);
-  EXPECT_TRUE(!none.happens() || none.time == 0);
-  const typename TestFixture::Points point(a.mesh.vertices.size(), Vector3<S>(1, 2, 3));
-  EXPECT_EQ(0, earliestImpact(Motion<S>(a.model, point, point)).time);
-  const double shrinking = earliestImpact(Motion<S>(a.model, a.mesh.vertices, point)).time;
+TEST_F(ContinuousCollision, AtRestAndCollapsed) {
+  const Body a(*this, 2, 0., 0);
+  const Motion at_rest(a.model, a.mesh.vertices, a.mesh.vertices);
+  const Impact none = selfEarliestImpact(at_rest);
+  EXPECT_TRUE(!none.exists() || none.time == 0);
+  const Points point(a.mesh.vertices.size(), fcl::Vector3d(1, 2, 3));
+  EXPECT_EQ(0, selfEarliestImpact(Motion(a.model, point, point)).time);
+  const double shrinking = selfEarliestImpact(Motion(a.model, a.mesh.vertices, point)).time;
   EXPECT_LE(shrinking, 1);
 }
 

@@ -100,7 +100,7 @@ class GroundTruth : public testing::TestWithParam<std::array<const char*, 2>> {
     return 2;
   }
 
-  TriangleMesh<double> mesh_;
+  TriangleMesh mesh_;
   std::vector<P> end_;
   std::vector<Pair> pairs_;
   std::map<std::pair<unsigned, unsigned>, unsigned> edges_;
@@ -117,10 +117,10 @@ TEST_P(GroundTruth, EveryCollidingPairIsReported) {
     auto start = mesh_.vertices, end = end_;
     for (auto* positions : {&start, &end})
       for (P& x : *positions) x = x * place.scale + P::Constant(place.move);
-    const adaptive_bvh::DeformableMeshd model(start, mesh_.triangles);
-    const adaptive_bvh::Motion<double> motion(model, start, end);
+    const adaptive_bvh::DeformableMesh model(start, mesh_.triangles);
+    const adaptive_bvh::Motion motion(model, start, end);
     adaptive_bvh::FeaturePairs found, listed;
-    const double first = earliestImpact(motion, 0, found).time;
+    const double first = selfEarliestImpact(motion, 0, found).time;
     std::sort(found.vertex_face.begin(), found.vertex_face.end());
     std::sort(found.edge_edge.begin(), found.edge_edge.end());
     int missing = 0, unreported = 0, innocent = 0, accused = 0;
@@ -132,7 +132,7 @@ TEST_P(GroundTruth, EveryCollidingPairIsReported) {
           .push_back(numbersOf(pair));
     }
     adaptive_bvh::ImpactTimes times;
-    timesOfImpact(motion, listed, 0, times);
+    selfTimesOfImpact(motion, listed, 0, times);
     std::size_t next[2] = {0, 0};
     for (const Pair& pair : pairs_) {
       const bool edges = pair.kind == FeatureKind::EdgeEdge;

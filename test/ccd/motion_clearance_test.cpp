@@ -40,12 +40,12 @@ const Pose kIdentity = Pose::Identity();
 /// A few triangles that move: at random, or on a lattice with parallel edges.
 struct Body {
   quad::MovingTriangles exact;
-  std::unique_ptr<DeformableMesh<double>> mesh;
+  std::unique_ptr<DeformableMesh> mesh;
   Pose from, to;
   FramePath path;
 
-  Motion<double> motion() const { return {*mesh, exact.start, exact.end, from, to}; }
-  BodyMotion<double> moving() const { return {motion(), path}; }
+  Motion motion() const { return {*mesh, exact.start, exact.end, from, to}; }
+  BodyMotion moving() const { return {motion(), path}; }
   /// The largest displacement of a vertex in a part of a unit of time, times the number of parts.
   Real speed() const {
     const int parts = 16;
@@ -60,9 +60,9 @@ struct Body {
   }
 };
 
-class Bodies : public RandomGeometry<double> {
+class Bodies : public RandomGeometry {
  public:
-  explicit Bodies(unsigned seed) : RandomGeometry<double>(seed) {}
+  explicit Bodies(unsigned seed) : RandomGeometry(seed) {}
 
   P position(bool on_lattice, double reach) {
     return on_lattice ? P(below(5) - 2, below(5) - 2, below(5) - 2) * (reach / 2)
@@ -97,7 +97,7 @@ class Bodies : public RandomGeometry<double> {
     const Pose from = poseOf(on_lattice, 1);
     Pose to = kind == 0 ? from : poseOf(on_lattice, 1);
     if (kind == 1 || isHalfTurn(from, to)) to.linear() = from.linear();
-    auto mesh = std::make_unique<DeformableMesh<double>>(start, faces);
+    auto mesh = std::make_unique<DeformableMesh>(start, faces);
     return {{start, end, faces, quad::FramePair(from, to, path == FramePath::Screw)},
             std::move(mesh),
             from,
@@ -234,12 +234,12 @@ void expectContacts(const Bodies& first, const Bodies& second, double speed,
 
 /// A triangle that goes through the surface of a box, in at one side and out at the other.
 TEST(MotionClearance, TimesOfContactAreFoundAtAnyPrecision) {
-  const TriangleMesh<double> box = latticeBox<double>(1);
-  const DeformableMesh<double> mesh(box),
+  const TriangleMesh box = latticeBox(1);
+  const DeformableMesh mesh(box),
       flat({P(0, .3, .4), P(.25, .3, .5), P(.1, .35, .6)}, {fcl::Triangle(0, 1, 2)});
   Pose from = kIdentity, to = kIdentity;
   from.translation()[0] = -1, to.translation()[0] = 3;
-  const BodyMotion<double> through(flat, from, to), still(mesh, kIdentity, kIdentity);
+  const BodyMotion through(flat, from, to), still(mesh, kIdentity, kIdentity);
   expectContacts(through, still, 4, {{.75 / 4, .25}, {1.75 / 4, .5}});
   expectContacts(still, through, 4, {{.75 / 4, .25}, {1.75 / 4, .5}});
 }
@@ -250,7 +250,7 @@ TEST(MotionClearance, TimesOfContactOfShapesAreFoundAtAnyPrecision) {
   const fcl::Halfspaced ground(P::UnitZ(), 0);
   Pose from = kIdentity, to = kIdentity;
   from.translation()[2] = -2, to.translation()[2] = 2;
-  const BodyMotion<double> up(ball, from, to), still(other, kIdentity, kIdentity),
+  const BodyMotion up(ball, from, to), still(other, kIdentity, kIdentity),
       table(plane, kIdentity, kIdentity), earth(ground, kIdentity, kIdentity);
   expectContacts(up, still, 4, {{1.25 / 4, 2.75 / 4}});
   expectContacts(up, table, 4, {{1.5 / 4, 2.5 / 4}});
@@ -259,11 +259,10 @@ TEST(MotionClearance, TimesOfContactOfShapesAreFoundAtAnyPrecision) {
 
 /// A blade that turns through a fixed triangle: both in contact while the angle is small.
 TEST(MotionClearance, TimesOfContactOfTurningTrianglesTakeTheRootOfThePrecision) {
-  const DeformableMesh<double> blade({P(.5, 0, -1), P(2, 0, -1), P(1, 0, 2)},
-                                     {fcl::Triangle(0, 1, 2)}),
+  const DeformableMesh blade({P(.5, 0, -1), P(2, 0, -1), P(1, 0, 2)}, {fcl::Triangle(0, 1, 2)}),
       fixed({P(.6, -.3, 0), P(1.4, -.3, .1), P(1, .4, 0)}, {fcl::Triangle(0, 1, 2)});
   const auto turned = [](double angle) { return Pose(Eigen::AngleAxisd(angle, P::UnitZ())); };
-  const BodyMotion<double> turning(blade, turned(-1), turned(1), FramePath::Screw),
+  const BodyMotion turning(blade, turned(-1), turned(1), FramePath::Screw),
       still(fixed, kIdentity, kIdentity);
   // The triangle reaches from the angle of one corner to that of another; the blade is as large.
   const double begin = (1 - std::atan2(.3, .6)) / 2, end = (1 + std::atan2(.4, 1)) / 2;
@@ -356,7 +355,7 @@ TEST(MotionClearance, OfShapesIsThatOfTheJudge) {
     const auto path = random.oneIn(2) ? FramePath::Straight : FramePath::Screw;
     const Body a = random.body(1, random.oneIn(2), random.below(4), FramePath::Straight);
     const Shape b = shapeOf(random, path, i % 3);
-    const BodyMotion<double> moving(*b.shape, b.core.from, b.core.to, path);
+    const BodyMotion moving(*b.shape, b.core.from, b.core.to, path);
     const double tolerance = random.size(-3, -1);
     MotionClearance found = leastDistance(a.moving(), moving, tolerance);
     if (found.meet()) {
@@ -391,7 +390,7 @@ TEST(MotionClearance, OfHalfSpacesIsThatOfTheJudge) {
     const fcl::CollisionGeometryd& shape =
         is_solid ? static_cast<const fcl::CollisionGeometryd&>(half_space) : plane;
     const quad::FramePair frame(from, to, path == FramePath::Screw);
-    const quad::Point normal = quad::of<double>(n / n.norm());
+    const quad::Point normal = quad::of(n / n.norm());
     const quad::FramePair ends(from, to, false);
     const auto planeAt = [&](Real t, quad::Point& m, Real& d) {
       const quad::FramePair& motion = path == FramePath::Screw ? frame : ends;
@@ -422,7 +421,7 @@ TEST(MotionClearance, OfHalfSpacesIsThatOfTheJudge) {
     if (!is_solid && a.exact.triangles.size() > 1) continue;  // the judge takes them for one
     const double tolerance = random.size(-3, -1);
     const MotionClearance found =
-        leastDistance(a.moving(), BodyMotion<double>(shape, from, to, path), tolerance);
+        leastDistance(a.moving(), BodyMotion(shape, from, to, path), tolerance);
     if (found.meet()) {
       EXPECT_LE(static_cast<double>(distance(Real(found.time))), 1e-7);
     } else {
@@ -448,12 +447,11 @@ Pose turned(double angle, const P& axis, const P& to) {
   pose.linear() = Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
   return pose;
 }
-DeformableMesh<double> meshOf(const TriangleMesh<double>& mesh) {
-  return {mesh.vertices, mesh.triangles};
-}
+
+DeformableMesh meshOf(const TriangleMesh& mesh) { return {mesh.vertices, mesh.triangles}; }
 
 /// Checks bounds around an expected distance, and the work.
-void expectLeast(const BodyMotion<double>& a, const BodyMotion<double>& b, double distance,
+void expectLeast(const BodyMotion& a, const BodyMotion& b, double distance,
                  std::size_t most_box_tests, std::size_t most_pair_times) {
   const double tolerance = 1e-5;
   const MotionClearance found = leastDistance(a, b, tolerance);
@@ -465,11 +463,9 @@ void expectLeast(const BodyMotion<double>& a, const BodyMotion<double>& b, doubl
 }
 
 TEST(MotionClearance, OfFlatPlatesTakesFewTests) {
-  const DeformableMesh<double> plate = meshOf(adaptive_bvh_test::plate<double>(100, 100));
-  const auto moving = [&](const Pose& from, const Pose& to) {
-    return BodyMotion<double>(plate, from, to);
-  };
-  const BodyMotion<double> still = moving(kIdentity, kIdentity);
+  const DeformableMesh plate = meshOf(adaptive_bvh_test::plate(100, 100));
+  const auto moving = [&](const Pose& from, const Pose& to) { return BodyMotion(plate, from, to); };
+  const BodyMotion still = moving(kIdentity, kIdentity);
   expectLeast(still, moving(at(0, 0, 0.3), at(0, 0, 0.3)), 0.3, 25000, 100);
   expectLeast(moving(kIdentity, at(1, 2, 3)), moving(at(0, 0, 0.3), at(1, 2, 3.3)), 0.3, 25000,
               100);
@@ -482,14 +478,13 @@ TEST(MotionClearance, OfFlatPlatesTakesFewTests) {
 }
 
 TEST(MotionClearance, OfAShaftThatTurnsInItsSleeve) {
-  const TriangleMesh<double> hose = tube<double>(12, 40);
-  TriangleMesh<double> outer = hose;
+  const TriangleMesh hose = tube(12, 40);
+  TriangleMesh outer = hose;
   for (P& x : outer.vertices) x[1] *= 1.2, x[2] *= 1.2;
-  const DeformableMesh<double> shaft = meshOf(hose), sleeve = meshOf(outer);
+  const DeformableMesh shaft = meshOf(hose), sleeve = meshOf(outer);
   const Pose end = turned(M_PI / 6, P::UnitX(), P(0.01, 0, 0));
-  const MotionClearance found =
-      leastDistance(BodyMotion<double>(shaft, kIdentity, end, FramePath::Screw),
-                    BodyMotion<double>(sleeve, kIdentity, kIdentity), 1e-4);
+  const MotionClearance found = leastDistance(BodyMotion(shaft, kIdentity, end, FramePath::Screw),
+                                              BodyMotion(sleeve, kIdentity, kIdentity), 1e-4);
   // Corners of the shaft pass the middles of the sleeve's faces, which are cos(pi / 12) as far out.
   double radius = 0;
   for (const P& x : hose.vertices) radius = std::max(radius, std::hypot(x[1], x[2]));
@@ -500,38 +495,18 @@ TEST(MotionClearance, OfAShaftThatTurnsInItsSleeve) {
 }
 
 TEST(MotionClearance, FindsTheFirstImpact) {
-  const DeformableMesh<double> plate = meshOf(adaptive_bvh_test::plate<double>(10, 10));
-  const BodyMotion<double> still(plate, kIdentity, kIdentity);
+  const DeformableMesh plate = meshOf(adaptive_bvh_test::plate(10, 10));
+  const BodyMotion still(plate, kIdentity, kIdentity);
   for (const double tolerance : {1e-6, 1e-2, 0.5}) {  // also where an earlier sample is as near
     const MotionClearance found = leastDistance(
-        still, BodyMotion<double>(plate, turned(1, P(1, 2, 0), P(0, 0, 2)), at(0, 0, -1)),
-        tolerance);
-    const auto impact = adaptive_bvh::earliestImpact(
-        Motion<double>(plate, plate.vertices(), plate.vertices()),
-        Motion<double>(plate, plate.vertices(), plate.vertices(), turned(1, P(1, 2, 0), P(0, 0, 2)),
-                       at(0, 0, -1)));
+        still, BodyMotion(plate, turned(1, P(1, 2, 0), P(0, 0, 2)), at(0, 0, -1)), tolerance);
+    const auto impact =
+        adaptive_bvh::earliestImpact(Motion(plate, plate.vertices(), plate.vertices()),
+                                     Motion(plate, plate.vertices(), plate.vertices(),
+                                            turned(1, P(1, 2, 0), P(0, 0, 2)), at(0, 0, -1)));
     EXPECT_TRUE(found.meet());
     EXPECT_NEAR(found.time, impact.time, 1e-8);
   }
-}
-
-TEST(MotionClearance, OfFloatsIsThatOfTheSameNumbers) {
-  const TriangleMesh<float> tube_mesh = tube<float>(8, 10);
-  const DeformableMesh<float> mesh(tube_mesh.vertices, tube_mesh.triangles);
-  std::vector<fcl::Vector3f> end = tube_mesh.vertices;
-  for (auto& x : end) x[1] += 0.25f * x[0] * x[0];
-  std::vector<P> start_d, end_d;
-  for (const auto& x : tube_mesh.vertices) start_d.push_back(x.cast<double>());
-  for (const auto& x : end) end_d.push_back(x.cast<double>());
-  const DeformableMesh<double> in_double(start_d, tube_mesh.triangles);
-  fcl::Transform3f tf = fcl::Transform3f::Identity();
-  tf.translation() = fcl::Vector3f(0, 1, 0);
-  const auto single = leastDistance(BodyMotion<float>(Motion<float>(mesh, tube_mesh.vertices, end)),
-                                    BodyMotion<float>(mesh, tf, tf), 1e-4);
-  const auto twice = leastDistance(BodyMotion<double>(Motion<double>(in_double, start_d, end_d)),
-                                   BodyMotion<double>(in_double, at(0, 1, 0), at(0, 1, 0)), 1e-4);
-  EXPECT_EQ(single.upper, twice.upper);
-  EXPECT_EQ(single.lower, twice.lower);
 }
 
 // ---- Boxes of nodes
@@ -577,9 +552,9 @@ TEST(MovingBoxes, HoldTheTrianglesBelow) {
       for (P& x : positions) x += size * (together + most * random.point());
       return positions;
     };
-    TriangleMesh<double> hose = tube<double>(6, 20);
+    TriangleMesh hose = tube(6, 20);
     for (P& x : hose.vertices) x *= size;
-    DeformableMesh<double> mesh = meshOf(hose);
+    DeformableMesh mesh = meshOf(hose);
     const std::vector<P> start = moved(hose.vertices), end = moved(start);
     if (random.oneIn(2)) mesh.update(start);
     const bool is_step = random.oneIn(2);
@@ -610,8 +585,8 @@ TEST(MovingBoxes, HoldTheTrianglesBelow) {
 }
 
 TEST(MotionClearance, RefusesWhatItCannotAnswer) {
-  const DeformableMesh<double> plate = meshOf(adaptive_bvh_test::plate<double>(2, 2));
-  const BodyMotion<double> still(plate, kIdentity, kIdentity);
+  const DeformableMesh plate = meshOf(adaptive_bvh_test::plate(2, 2));
+  const BodyMotion still(plate, kIdentity, kIdentity);
   for (const double tolerance : {0., -1., 1e-15, std::nan(""), HUGE_VAL})
     EXPECT_THROW(leastDistance(still, still, tolerance), std::invalid_argument);
   for (const double limit : {-1., std::nan("")})
@@ -621,15 +596,14 @@ TEST(MotionClearance, RefusesWhatItCannotAnswer) {
     EXPECT_THROW(intervalsBelow(still, still, clearance, 1e-3, intervals), std::invalid_argument);
   Pose scaled = kIdentity;
   scaled.linear() *= 2;
-  EXPECT_THROW(leastDistance(still, BodyMotion<double>(plate, kIdentity, scaled), 1e-3),
+  EXPECT_THROW(leastDistance(still, BodyMotion(plate, kIdentity, scaled), 1e-3),
                std::invalid_argument);
   const fcl::Planed plane(P::UnitZ(), 0);
-  const BodyMotion<double> flat(plane, kIdentity, kIdentity);
+  const BodyMotion flat(plane, kIdentity, kIdentity);
   EXPECT_THROW(leastDistance(flat, flat, 1e-3), std::invalid_argument);
   std::vector<P> bad = plate.vertices();
   bad[0][0] = std::nan("");
-  EXPECT_THROW(leastDistance(Motion<double>(plate, plate.vertices(), bad),
-                             Motion<double>(plate, bad, bad), 1e-3),
+  EXPECT_THROW(leastDistance(Motion(plate, plate.vertices(), bad), Motion(plate, bad, bad), 1e-3),
                std::invalid_argument);
 }
 

@@ -37,15 +37,15 @@ class NarrowGaps : public testing::Test {
   /// The second one goes from its place by `step`, along the gap.
   static MotionClearance leastDistance(const Corners& a, const Corners& b, const P& step) {
     const std::vector<fcl::Triangle> triangles = {fcl::Triangle(0, 1, 2)};
-    const DeformableMesh<double> first({a.begin(), a.end()}, triangles),
+    const DeformableMesh first({a.begin(), a.end()}, triangles),
         second({b.begin(), b.end()}, triangles);
     fcl::Transform3d from = fcl::Transform3d::Identity(), to = from;
     to.translation() = step;
-    return adaptive_bvh::leastDistance(BodyMotion<double>(first, from, from),
-                                       BodyMotion<double>(second, from, to), 1e-3);
+    return adaptive_bvh::leastDistance(BodyMotion(first, from, from), BodyMotion(second, from, to),
+                                       1e-3);
   }
 
-  RandomGeometry<double> random_{99};
+  RandomGeometry random_{99};
 };
 
 TEST_F(NarrowGaps, AreNoContacts) {

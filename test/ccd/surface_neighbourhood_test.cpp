@@ -3,10 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <ctime>
 
+#include "adaptive_bvh/contact_set.h"
 #include "adaptive_bvh/motion_clearance.h"
+#include "adaptive_bvh/proximity.h"
+#include "adaptive_bvh/self_collision.h"
 #include "support/meshes.h"
 #include "support/quad_geometry.h"
 #include "support/random_geometry.h"
@@ -16,23 +20,24 @@ namespace surface_neighbourhood_test {
 
 using adaptive_bvh::BodyMotion;
 using adaptive_bvh::DeformableMesh;
+using adaptive_bvh::FeaturePair;
 using adaptive_bvh::LabelRule;
-using adaptive_bvh::leastSelfDistance;
 using adaptive_bvh::Motion;
 using adaptive_bvh::MotionClearance;
 using adaptive_bvh::MotionInterval;
+using adaptive_bvh::selfLeastDistance;
 using adaptive_bvh::SurfaceNeighbourhood;
 using P = fcl::Vector3d;
 using Matrix = std::vector<std::vector<double>>;
 
-TriangleMesh<double> weldedTube(int around, int along) {
-  TriangleMesh<double> mesh = tube<double>(around, along);
+TriangleMesh weldedTube(int around, int along) {
+  TriangleMesh mesh = tube(around, along);
   adaptive_bvh::weldVertices(mesh, 1e-9);
   return mesh;
 }
 
 /// The lengths of the shortest paths between all vertices (Floyd and Warshall).
-Matrix pathsOf(const TriangleMesh<double>& mesh, bool count_steps) {
+Matrix pathsOf(const TriangleMesh& mesh, bool count_steps) {
   const std::size_t n = mesh.vertices.size();
   Matrix paths(n, std::vector<double>(n, HUGE_VAL));
   for (std::size_t v = 0; v < n; ++v) paths[v][v] = 0;
@@ -47,7 +52,7 @@ Matrix pathsOf(const TriangleMesh<double>& mesh, bool count_steps) {
         paths[a][b] = std::min(paths[a][b], paths[a][m] + paths[m][b]);
   return paths;
 }
-double pathBetween(const TriangleMesh<double>& mesh, const Matrix& paths, unsigned i, unsigned j) {
+double pathBetween(const TriangleMesh& mesh, const Matrix& paths, unsigned i, unsigned j) {
   double least = HUGE_VAL;
   for (int k = 0; k < 3; ++k)
     for (int l = 0; l < 3; ++l)
@@ -56,7 +61,7 @@ double pathBetween(const TriangleMesh<double>& mesh, const Matrix& paths, unsign
 }
 
 template <typename Expected>
-void expectPairs(const TriangleMesh<double>& mesh, const SurfaceNeighbourhood& found,
+void expectPairs(const TriangleMesh& mesh, const SurfaceNeighbourhood& found,
                  const Expected& expected) {
   for (unsigned i = 0; i < mesh.triangles.size(); ++i)
     for (unsigned j = 0; j < mesh.triangles.size(); ++j)
@@ -64,8 +69,8 @@ void expectPairs(const TriangleMesh<double>& mesh, const SurfaceNeighbourhood& f
 }
 
 TEST(SurfaceNeighbourhood, HasTheTrianglesWithinAPath) {
-  const TriangleMesh<double> mesh = weldedTube(6, 12);
-  const DeformableMesh<double> tree(mesh.vertices, mesh.triangles);
+  const TriangleMesh mesh = weldedTube(6, 12);
+  const DeformableMesh tree(mesh.vertices, mesh.triangles);
   const Matrix lengths = pathsOf(mesh, false), steps = pathsOf(mesh, true);
   for (const double distance : {0., 0.17, 0.4, 10.})
     expectPairs(mesh, SurfaceNeighbourhood::byDistance(tree, distance),
@@ -80,7 +85,7 @@ TEST(SurfaceNeighbourhood, HasTheTrianglesWithinAPath) {
 
 /// The least processor time of a triangle's neighbours, of three runs.
 double timeOfTriangle(int side) {
-  const DeformableMesh<double> mesh(plate<double>(side, side));
+  const DeformableMesh mesh(plate(side, side));
   double least = HUGE_VAL;
   for (int run = 0; run < 3; ++run) {
     const std::clock_t begin = std::clock();
@@ -96,10 +101,10 @@ TEST(SurfaceNeighbourhood, TakesTimeByTheNeighboursOfEachTriangle) {
 }
 
 TEST(SurfaceNeighbourhood, HasTheLabelsThatDoNotCount) {
-  const TriangleMesh<double> mesh = weldedTube(6, 12);
-  const DeformableMesh<double> tree(mesh.vertices, mesh.triangles);
+  const TriangleMesh mesh = weldedTube(6, 12);
+  const DeformableMesh tree(mesh.vertices, mesh.triangles);
   const Matrix steps = pathsOf(mesh, true);
-  RandomGeometry<double> random(1);
+  RandomGeometry random(1);
   for (const bool is_random : {false, true}) {
     std::vector<unsigned> labels;
     for (unsigned i = 0; i < mesh.triangles.size(); ++i)
@@ -112,14 +117,100 @@ TEST(SurfaceNeighbourhood, HasTheLabelsThatDoNotCount) {
   }
 }
 
+/// A tube whose vertices are moved at random: it meets itself.
+TriangleMesh crumpledTube(RandomGeometry& random) {
+  TriangleMesh mesh = weldedTube(6, 12);
+  for (P& x : mesh.vertices) x += 0.4 * random.point();
+  return mesh;
+}
+
+/// The triangle of a vertex with the smallest index.
+unsigned triangleOf(const TriangleMesh& mesh, unsigned vertex) {
+  for (unsigned t = 0;; ++t)
+    for (int k = 0; k < 3; ++k)
+      if (mesh.triangles[t][k] == vertex) return t;
+}
+
+/// The pairs whose triangles, of(pair), the neighbourhood does not contain.
+template <typename Of>
+std::vector<FeaturePair> without(const std::vector<FeaturePair>& all,
+                                 const SurfaceNeighbourhood& surface, const Of& of) {
+  std::vector<FeaturePair> rest;
+  for (const FeaturePair& pair : all) {
+    const FeaturePair triangles = of(pair);
+    if (!surface.contains(triangles.first, triangles.second)) rest.push_back(pair);
+  }
+  return rest;
+}
+
+std::vector<FeaturePair> sorted(std::vector<FeaturePair> pairs) {
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+/// All queries of a mesh with itself leave out the same pairs.
+TEST(SurfaceNeighbourhood, IsLeftOutOfAllQueriesOfPairs) {
+  RandomGeometry random(3);
+  for (int round = 0; round < 12; ++round) {
+    const TriangleMesh mesh = crumpledTube(random);
+    const DeformableMesh tree(mesh.vertices, mesh.triangles);
+    std::vector<unsigned> labels;
+    for (unsigned i = 0; i < mesh.triangles.size(); ++i)
+      labels.push_back(unsigned(random.below(3)));
+    const SurfaceNeighbourhood surface =
+        round % 3 == 0   ? SurfaceNeighbourhood::byRings(tree, 3)
+        : round % 3 == 1 ? SurfaceNeighbourhood::byDistance(tree, 0.7)
+                         : SurfaceNeighbourhood::byLabels(tree, labels, LabelRule(random.below(2)));
+    const auto same = [](const FeaturePair& pair) { return pair; };
+    adaptive_bvh::ProximityRequest request{0.15};
+    adaptive_bvh::TrianglePairs all, found;
+    selfPairsWithin(tree, request, all);
+    request.ignored.surface = &surface;
+    selfPairsWithin(tree, request, found);
+    const std::vector<FeaturePair> rest = without(all.triangles, surface, same);
+    EXPECT_EQ(rest, found.triangles);
+    EXPECT_GT(rest.size(), 20u);
+    EXPECT_LT(rest.size(), all.size());
+
+    const adaptive_bvh::ContactSetRequest kept{0.15, {}, request.ignored};
+    adaptive_bvh::ContactSet set(tree, kept);
+    set.update();
+    EXPECT_EQ(sorted(rest), sorted(set.triangles().pairs));
+
+    fcl::CollisionResultd contacts;
+    selfCollide(tree, request.ignored, fcl::CollisionRequestd(100000), contacts);
+    EXPECT_GT(contacts.numContacts(), 5u);
+    for (std::size_t i = 0; i < contacts.numContacts(); ++i)
+      EXPECT_FALSE(surface.contains(unsigned(contacts.getContact(i).b1),
+                                    unsigned(contacts.getContact(i).b2)));
+
+    if (round % 3 == 2) continue;  // scene_test has labels of features
+    adaptive_bvh::FeatureProximityRequest of_features{0.15, {}};
+    adaptive_bvh::FeaturePairs every, some;
+    selfFeaturePairsWithin(tree, of_features, every);
+    of_features.ignored.surface = &surface;
+    selfFeaturePairsWithin(tree, of_features, some);
+    EXPECT_EQ(without(every.vertex_face, surface,
+                      [&](const FeaturePair& pair) {
+                        return FeaturePair{triangleOf(mesh, pair.first), pair.second};
+                      }),
+              some.vertex_face);
+    EXPECT_EQ(without(every.edge_edge, surface,
+                      [](const FeaturePair& pair) {
+                        return FeaturePair{pair.first / 3, pair.second / 3};
+                      }),
+              some.edge_edge);
+    EXPECT_LT(some.size(), every.size());
+  }
+}
+
 /// The least distance of all pairs that count, at one time.
-double distanceOfAll(const TriangleMesh<double>& mesh, const std::vector<P>& positions,
+double distanceOfAll(const TriangleMesh& mesh, const std::vector<P>& positions,
                      const SurfaceNeighbourhood& left_out) {
   quad::Real least = 1e9;
   const auto triangle = [&](unsigned i) -> quad::Triangle {
     const fcl::Triangle& t = mesh.triangles[i];
-    return {quad::of<double>(positions[t[0]]), quad::of<double>(positions[t[1]]),
-            quad::of<double>(positions[t[2]])};
+    return {quad::of(positions[t[0]]), quad::of(positions[t[1]]), quad::of(positions[t[2]])};
   };
   const auto isFar = [&](unsigned i, unsigned j) {  // farther than the least distance so far
     const fcl::Triangle &a = mesh.triangles[i], &b = mesh.triangles[j];
@@ -137,8 +228,8 @@ double distanceOfAll(const TriangleMesh<double>& mesh, const std::vector<P>& pos
 }
 
 TEST(SelfClearance, IsThatOfAllPairs) {
-  const TriangleMesh<double> mesh = weldedTube(5, 14);
-  const DeformableMesh<double> tree(mesh.vertices, mesh.triangles);
+  const TriangleMesh mesh = weldedTube(5, 14);
+  const DeformableMesh tree(mesh.vertices, mesh.triangles);
   std::vector<P> end = mesh.vertices;  // bent to a loop
   for (P& x : end) {
     const double angle = 2.5 * x[0];
@@ -146,14 +237,16 @@ TEST(SelfClearance, IsThatOfAllPairs) {
   }
   for (const double distance : {0., 0.35, 0.8}) {
     const auto left_out = SurfaceNeighbourhood::byDistance(tree, distance);
+    adaptive_bvh::Ignored ignored;
+    ignored.surface = &left_out;
     const double tolerance = 1e-4;
-    const MotionClearance still = leastSelfDistance(tree, left_out, tolerance);
+    const MotionClearance still = selfLeastDistance(tree, ignored, tolerance);
     const double exact = distanceOfAll(mesh, mesh.vertices, left_out);
     EXPECT_LE(still.lower, exact + 1e-12);
     EXPECT_GE(still.upper, exact - 1e-12);
     EXPECT_FALSE(left_out.contains(unsigned(still.triangles[0]), unsigned(still.triangles[1])));
     const MotionClearance over =
-        leastSelfDistance(Motion<double>(tree, mesh.vertices, end), left_out, tolerance);
+        selfLeastDistance(Motion(tree, mesh.vertices, end), ignored, tolerance);
     EXPECT_LE(over.upper - over.lower, tolerance * 1.0001);
     for (int i = 0; i <= 6; ++i) {
       std::vector<P> now;
@@ -166,30 +259,39 @@ TEST(SelfClearance, IsThatOfAllPairs) {
       then.push_back((1 - over.time) * mesh.vertices[v] + over.time * end[v]);
     EXPECT_NEAR(over.upper, distanceOfAll(mesh, then, left_out), over.meet() ? 1e-9 : 1e-12);
     std::vector<MotionInterval> intervals;
-    adaptive_bvh::selfIntervalsBelow(BodyMotion<double>(Motion<double>(tree, mesh.vertices, end)),
-                                     left_out, over.lower, 1e-4, intervals);
+    adaptive_bvh::selfIntervalsBelow(BodyMotion(Motion(tree, mesh.vertices, end)), ignored,
+                                     over.lower, 1e-4, intervals);
     for (const MotionInterval& interval : intervals) EXPECT_LE(interval.begin, interval.end);
   }
 }
 
 TEST(SelfClearance, LeavesOutIgnoredPairsAndOtherMeshes) {
-  const TriangleMesh<double> mesh = weldedTube(5, 6);
-  const DeformableMesh<double> tree(mesh.vertices, mesh.triangles);
+  const TriangleMesh mesh = weldedTube(5, 6);
+  const DeformableMesh tree(mesh.vertices, mesh.triangles);
   const SurfaceNeighbourhood left_out(tree);
-  const MotionClearance first = leastSelfDistance(tree, left_out, 1e-4);
+  adaptive_bvh::Ignored ignored;
+  const MotionClearance by_vertices = selfLeastDistance(tree, ignored, 1e-4);
+  ignored.surface = &left_out;
+  const MotionClearance first = selfLeastDistance(tree, ignored, 1e-4);
+  EXPECT_EQ(first.upper, by_vertices.upper);
   ASSERT_TRUE(first.exists());
   const std::vector<adaptive_bvh::FeaturePair> list = {
       {unsigned(first.triangles[0]), unsigned(first.triangles[1])}};
-  adaptive_bvh::IgnoredPairs ignored;
-  ignored.list = &list;
-  const MotionClearance next = leastSelfDistance(tree, left_out, 1e-4, ignored);
+  ignored.triangles.list = &list;
+  const MotionClearance next = selfLeastDistance(tree, ignored, 1e-4);
   EXPECT_NE(first.triangles, next.triangles);
-  ignored = {};
-  ignored.test = [](unsigned, unsigned) { return true; };
-  EXPECT_FALSE(leastSelfDistance(tree, left_out, 1e-4, ignored).exists());
-  const DeformableMesh<double> copy(tree), other(mesh.vertices, mesh.triangles);
-  EXPECT_EQ(leastSelfDistance(copy, left_out, 1e-4).upper, first.upper);
-  EXPECT_THROW(leastSelfDistance(other, left_out, 1e-4), std::invalid_argument);
+  ignored.triangles = {};
+  ignored.triangles.test = [](unsigned, unsigned) { return true; };
+  EXPECT_FALSE(selfLeastDistance(tree, ignored, 1e-4).exists());
+  ignored.triangles = {};
+  const DeformableMesh copy(tree), other(mesh.vertices, mesh.triangles);
+  EXPECT_EQ(selfLeastDistance(copy, ignored, 1e-4).upper, first.upper);
+  EXPECT_THROW(selfLeastDistance(other, ignored, 1e-4), std::invalid_argument);
+  fcl::CollisionResultd contacts;
+  EXPECT_THROW(selfCollide(other, ignored, fcl::CollisionRequestd(), contacts),
+               std::invalid_argument);
+  ignored.neighbours = adaptive_bvh::NeighbourFilter::None;
+  EXPECT_THROW(selfLeastDistance(tree, ignored, 1e-4), std::invalid_argument);
   EXPECT_THROW(SurfaceNeighbourhood::byDistance(tree, -1), std::invalid_argument);
   EXPECT_THROW(SurfaceNeighbourhood::byLabels(tree, {1, 2}, LabelRule::Within),
                std::invalid_argument);

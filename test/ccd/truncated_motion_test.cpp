@@ -15,19 +15,17 @@ using adaptive_bvh::Motion;
 using P = Eigen::Vector3d;
 
 /// The positions that a caller computes, in the number type of the mesh.
-template <typename S>
-std::vector<Vector3<S>> truncated(const std::vector<Vector3<S>>& start,
-                                  const std::vector<Vector3<S>>& end,
-                                  const std::vector<double>& shares) {
-  std::vector<Vector3<S>> at(start.size());
+std::vector<fcl::Vector3d> truncated(const std::vector<fcl::Vector3d>& start,
+                                     const std::vector<fcl::Vector3d>& end,
+                                     const std::vector<double>& shares) {
+  std::vector<fcl::Vector3d> at(start.size());
   for (std::size_t v = 0; v < start.size(); ++v)
-    at[v] = start[v] + S(shares[v]) * (end[v] - start[v]);
+    at[v] = start[v] + double(shares[v]) * (end[v] - start[v]);
   return at;
 }
 
 /// The share of the motion that is kept.
-template <typename S>
-double kept(const std::vector<Vector3<S>>& start, const std::vector<Vector3<S>>& end,
+double kept(const std::vector<fcl::Vector3d>& start, const std::vector<fcl::Vector3d>& end,
             const std::vector<double>& shares) {
   double all = 0, some = 0;
   for (std::size_t v = 0; v < start.size(); ++v) {
@@ -38,26 +36,26 @@ double kept(const std::vector<Vector3<S>>& start, const std::vector<Vector3<S>>&
   return some / all;
 }
 
-template <typename S>
-class TruncatedMotion : public SweptSurfaceTest<S> {
+class TruncatedMotion : public SweptSurfaceTest {
  protected:
-  using SweptSurfaceTest<S>::random_;
-  using typename SweptSurfaceTest<S>::World;
+  using SweptSurfaceTest::random_;
+  using typename SweptSurfaceTest::World;
 
-  TruncatedMotion() : SweptSurfaceTest<S>(61) {}
+  TruncatedMotion() : SweptSurfaceTest(61) {}
 
   /// A crumpled sheet, a tube, or triangles that share nothing.
-  TriangleMesh<S> mesh(int kind) {
-    if (kind == 2) return soup<S>(40, random_.engine());
-    TriangleMesh<S> mesh = kind == 0 ? plate<S>(6, 5) : tube<S>(6, 6);
-    for (auto& x : mesh.vertices) x += random_.point() * S(0.1);
+  TriangleMesh mesh(int kind) {
+    if (kind == 2) return soup(40, random_.engine());
+    TriangleMesh mesh = kind == 0 ? plate(6, 5) : tube(6, 6);
+    for (auto& x : mesh.vertices) x += random_.point() * 0.1;
     return mesh;
   }
   /// Some whole numbers, among them vertices on vertices and parallel edges.
-  TriangleMesh<S> latticeSoup() {
-    TriangleMesh<S> mesh;
+  TriangleMesh latticeSoup() {
+    TriangleMesh mesh;
     for (int v = 0; v < 24; ++v)
-      mesh.vertices.emplace_back(S(random_.below(8)), S(random_.below(8)), S(random_.below(8)));
+      mesh.vertices.emplace_back(double(random_.below(8)), double(random_.below(8)),
+                                 double(random_.below(8)));
     for (int t = 0; t < 12; ++t) {
       const auto v = std::size_t(random_.below(22));
       mesh.triangles.emplace_back(v, v + 1, v + 2);
@@ -66,54 +64,50 @@ class TruncatedMotion : public SweptSurfaceTest<S> {
   }
   /// All pairs of one mesh.
   void expectApart(const World& world) {
-    SweptSurfaceTest<S>::expectApart(world, [](const SweptFeatures::Pair&) { return false; });
+    SweptSurfaceTest::expectApart(world, [](const SweptFeatures::Pair&) { return false; });
   }
   /// Pairs of two meshes, of which the first has so many vertices.
   void expectApart(const World& world, std::size_t of_first) {
-    SweptSurfaceTest<S>::expectApart(world, [&](const SweptFeatures::Pair& pair) {
+    SweptSurfaceTest::expectApart(world, [&](const SweptFeatures::Pair& pair) {
       return (pair.corners[0] < of_first) == (pair.corners[3] < of_first);
     });
   }
 };
 
-TYPED_TEST_SUITE(TruncatedMotion, MeshScalars);
-
-TYPED_TEST(TruncatedMotion, OfOneMeshStaysApart) {
-  using S = TypeParam;
-  const auto still = fcl::Transform3<S>::Identity();
+TEST_F(TruncatedMotion, OfOneMeshStaysApart) {
+  const auto still = fcl::Transform3d::Identity();
   for (int round = 0; round < manySteps(60); ++round) {
     const bool lattice = round % 4 == 3;
-    const TriangleMesh<S> mesh = lattice ? this->latticeSoup() : this->mesh(round % 3);
-    auto end = this->moved(mesh.vertices, lattice ? S(4) : S(this->random_.size(-2, 0.5)));
+    const TriangleMesh mesh = lattice ? this->latticeSoup() : this->mesh(round % 3);
+    auto end = this->moved(mesh.vertices, lattice ? 4. : double(this->random_.size(-2, 0.5)));
     if (lattice)
       for (auto& x : end) x = x.array().round().matrix().eval();
-    const DeformableMesh<S> model(mesh);
+    const DeformableMesh model(mesh);
     std::vector<double> shares;
-    truncateMotion(Motion<S>(model, mesh.vertices, end), 0, shares);
+    selfTruncateMotion(Motion(model, mesh.vertices, end), 0, shares);
     ASSERT_EQ(end.size(), shares.size());
     for (const double share : shares) ASSERT_TRUE(share >= 0 && share <= 1);
-    typename TestFixture::World world;
+    World world;
     world.add(mesh, mesh.vertices, truncated(mesh.vertices, end, shares), still);
     this->expectApart(world);
   }
   EXPECT_GT(this->near_, 2000);
 }
 
-TYPED_TEST(TruncatedMotion, OfTwoMeshesStaysApart) {
-  using S = TypeParam;
+TEST_F(TruncatedMotion, OfTwoMeshesStaysApart) {
   for (int round = 0; round < manySteps(60); ++round) {
-    const TriangleMesh<S> a = this->mesh(round % 3), b = this->mesh(round / 3 % 3);
-    const S size = S(this->random_.size(-2, 0.5));
+    const TriangleMesh a = this->mesh(round % 3), b = this->mesh(round / 3 % 3);
+    const double size = double(this->random_.size(-2, 0.5));
     const auto a_end = this->moved(a.vertices, size), b_end = this->moved(b.vertices, size);
     const auto tf =
-        round % 2 ? this->random_.pose(S(0.6)) : fcl::Transform3<S>(fcl::Transform3<S>::Identity());
-    const DeformableMesh<S> first(a), second(b);
+        round % 2 ? this->random_.pose(0.6) : fcl::Transform3d(fcl::Transform3d::Identity());
+    const DeformableMesh first(a), second(b);
     std::vector<double> of_a, of_b;
-    truncateMotion(Motion<S>(first, a.vertices, a_end, tf, tf),
-                   Motion<S>(second, b.vertices, b_end), 0, of_a, of_b);
-    typename TestFixture::World world;
+    truncateMotion(Motion(first, a.vertices, a_end, tf, tf), Motion(second, b.vertices, b_end), 0,
+                   of_a, of_b);
+    World world;
     world.add(a, a.vertices, truncated(a.vertices, a_end, of_a), tf);
-    world.add(b, b.vertices, truncated(b.vertices, b_end, of_b), fcl::Transform3<S>::Identity());
+    world.add(b, b.vertices, truncated(b.vertices, b_end, of_b), fcl::Transform3d::Identity());
     this->expectApart(world, a.vertices.size());
   }
   EXPECT_GT(this->near_, 2000);
@@ -121,20 +115,19 @@ TYPED_TEST(TruncatedMotion, OfTwoMeshesStaysApart) {
 
 /// Vertices move one after the other, there and back, each somewhere on its way: the surfaces never
 /// come nearer than the separation, or than they were.
-TYPED_TEST(TruncatedMotion, KeepsTheSeparationInEveryOrder) {
-  using S = TypeParam;
+TEST_F(TruncatedMotion, KeepsTheSeparationInEveryOrder) {
   long measured = 0;
   for (int round = 0; round < manySteps(12); ++round) {
-    TriangleMesh<S> mesh = this->mesh(round % 2);
+    TriangleMesh mesh = this->mesh(round % 2);
     const double separation = this->random_.size(-3, -1.5);
-    const auto end = this->moved(mesh.vertices, S(0.3));
-    const DeformableMesh<S> model(mesh);
+    const auto end = this->moved(mesh.vertices, 0.3);
+    const DeformableMesh model(mesh);
     std::vector<double> shares;
-    truncateMotion(Motion<S>(model, mesh.vertices, end), separation, shares);
+    selfTruncateMotion(Motion(model, mesh.vertices, end), separation, shares);
     const auto farthest = truncated(mesh.vertices, end, shares);
     std::vector<P> start, last;
-    this->append(mesh.vertices, fcl::Transform3<S>::Identity(), start);
-    this->append(farthest, fcl::Transform3<S>::Identity(), last);
+    this->append(mesh.vertices, fcl::Transform3d::Identity(), start);
+    this->append(farthest, fcl::Transform3d::Identity(), last);
     const SweptFeatures features(start, last, mesh.triangles);
     features.forEachPair(separation, [&](const SweptFeatures::Pair& pair) {
       const auto from = features.corners(pair, 0), to = features.corners(pair, 1);
@@ -149,43 +142,41 @@ TYPED_TEST(TruncatedMotion, KeepsTheSeparationInEveryOrder) {
         }
         ++measured;
         ASSERT_GT(double(distance(pair.firsts, now)),
-                  std::min(separation, before * (1 - 1e-8)) - 1e-7 * (sizeof(S) == 4));
+                  std::min(separation, before * (1 - 1e-8)) - 1e-7 * (sizeof(double) == 4));
       }
     });
   }
   EXPECT_GT(measured, 1000);
 }
 
-TYPED_TEST(TruncatedMotion, PlatesSlideAlongEachOther) {
-  using S = TypeParam;
-  TriangleMesh<S> mesh = plate<S>(20, 20);
-  const DeformableMesh<S> model(mesh);
+TEST_F(TruncatedMotion, PlatesSlideAlongEachOther) {
+  TriangleMesh mesh = plate(20, 20);
+  const DeformableMesh model(mesh);
   auto above = mesh.vertices, end = mesh.vertices;
-  for (auto& x : above) x[2] += S(1e-3);
-  for (std::size_t v = 0; v < end.size(); ++v) end[v] = above[v] + Vector3<S>(S(0.23), S(0.11), 0);
+  for (auto& x : above) x[2] += 1e-3;
+  for (std::size_t v = 0; v < end.size(); ++v) end[v] = above[v] + fcl::Vector3d(0.23, 0.11, 0);
   std::vector<double> of_upper, of_lower;
-  truncateMotion(Motion<S>(model, above, end), Motion<S>(model, mesh.vertices, mesh.vertices), 0,
+  truncateMotion(Motion(model, above, end), Motion(model, mesh.vertices, mesh.vertices), 0,
                  of_upper, of_lower);
-  EXPECT_GE(kept<S>(above, end, of_upper), 0.99);
+  EXPECT_GE(kept(above, end, of_upper), 0.99);
   for (const double share : of_lower) EXPECT_EQ(1, share) << "does not move";
 }
 
-TYPED_TEST(TruncatedMotion, DoesNotDependOnThreadsAndRefusesWhatMotionsRefuse) {
-  using S = TypeParam;
-  const TriangleMesh<S> mesh = this->mesh(0);
-  const auto end = this->moved(mesh.vertices, S(0.3));
-  DeformableMesh<S> model(mesh);
-  const Motion<S> motion(model, mesh.vertices, end);
+TEST_F(TruncatedMotion, DoesNotDependOnThreadsAndRefusesWhatMotionsRefuse) {
+  const TriangleMesh mesh = this->mesh(0);
+  const auto end = this->moved(mesh.vertices, 0.3);
+  DeformableMesh model(mesh);
+  const Motion motion(model, mesh.vertices, end);
   std::vector<double> one, two;
-  truncateMotion(motion, 1e-3, one);
-  model.setQueryThreads(2);
-  truncateMotion(motion, 1e-3, two);
+  selfTruncateMotion(motion, 1e-3, one);
+  model.setThreads(2);
+  selfTruncateMotion(motion, 1e-3, two);
   EXPECT_EQ(one, two);
   const std::vector<double> before = two;
-  EXPECT_THROW(truncateMotion(motion, -1, two), std::invalid_argument);
+  EXPECT_THROW(selfTruncateMotion(motion, -1, two), std::invalid_argument);
   auto broken = end;
-  broken[3][1] = std::numeric_limits<S>::infinity();
-  EXPECT_THROW(truncateMotion(Motion<S>(model, mesh.vertices, broken), 0, two),
+  broken[3][1] = std::numeric_limits<double>::infinity();
+  EXPECT_THROW(selfTruncateMotion(Motion(model, mesh.vertices, broken), 0, two),
                std::invalid_argument);
   EXPECT_EQ(before, two);
 }
@@ -198,14 +189,14 @@ struct Step {
 class TruncatedStep : public testing::TestWithParam<Step> {};
 
 TEST_P(TruncatedStep, StaysApartAndKeepsMost) {
-  const TriangleMesh<double> mesh = loadStep(GetParam().start);
+  const TriangleMesh mesh = loadStep(GetParam().start);
   if (mesh.triangles.empty()) GTEST_SKIP() << "no data in " << dataFolder();
   const std::vector<double> part(mesh.vertices.size(), GetParam().part);
   const auto end = truncated(mesh.vertices, loadStep(GetParam().end).vertices, part);
-  const DeformableMesh<double> model(mesh);
+  const DeformableMesh model(mesh);
   std::vector<double> shares;
-  truncateMotion(Motion<double>(model, mesh.vertices, end), 0, shares);
-  const double share = kept<double>(mesh.vertices, end, shares);
+  selfTruncateMotion(Motion(model, mesh.vertices, end), 0, shares);
+  const double share = kept(mesh.vertices, end, shares);
   EXPECT_GE(share, GetParam().least_kept);
   RecordProperty("kept", std::to_string(share));
   const auto at = truncated(mesh.vertices, end, shares);

@@ -19,51 +19,48 @@ using adaptive_bvh::TrustRegionReport;
 using adaptive_bvh::TrustRegionRequest;
 using P = Eigen::Vector3d;
 
-template <typename S>
-class TrustRegionTest : public SweptSurfaceTest<S> {
+class TrustRegionTest : public SweptSurfaceTest {
  protected:
-  using SweptSurfaceTest<S>::random_;
-  using typename SweptSurfaceTest<S>::World;
+  using SweptSurfaceTest::random_;
+  using typename SweptSurfaceTest::World;
 
-  TrustRegionTest() : SweptSurfaceTest<S>(71) {}
+  TrustRegionTest() : SweptSurfaceTest(71) {}
 
-  TriangleMesh<S> crumpled(int kind) {
-    TriangleMesh<S> mesh = kind == 0   ? plate<S>(7, 6)
-                           : kind == 1 ? tube<S>(6, 6)
-                                       : soup<S>(40, random_.engine());
+  TriangleMesh crumpled(int kind) {
+    TriangleMesh mesh = kind == 0   ? plate(7, 6)
+                        : kind == 1 ? tube(6, 6)
+                                    : soup(40, random_.engine());
     if (kind < 2)
-      for (auto& x : mesh.vertices) x += random_.point() * S(0.08);
+      for (auto& x : mesh.vertices) x += random_.point() * 0.08;
     return mesh;
   }
   /// All pairs but those within the obstacle, whose vertices begin at `obstacle`.
   void expectApart(const World& world, std::size_t obstacle) {
-    SweptSurfaceTest<S>::expectApart(world, [&](const SweptFeatures::Pair& pair) {
+    SweptSurfaceTest::expectApart(world, [&](const SweptFeatures::Pair& pair) {
       return pair.corners[0] >= obstacle && pair.corners[3] >= obstacle;
     });
   }
 };
 
-TYPED_TEST_SUITE(TrustRegionTest, MeshScalars);
-
-TYPED_TEST(TrustRegionTest, IteratesStayApart) {
-  using S = TypeParam;
+TEST_F(TrustRegionTest, IteratesStayApart) {
   std::size_t held = 0, held_by_radius = 0, searches = 0;
   for (int round = 0; round < manySteps(30); ++round) {
-    const TriangleMesh<S> mesh = this->crumpled(round % 3), fixed = this->crumpled(round / 3 % 3);
-    const DeformableMesh<S> model(mesh), obstacle(fixed);
+    const TriangleMesh mesh = this->crumpled(round % 3), fixed = this->crumpled(round / 3 % 3);
+    const DeformableMesh model(mesh), obstacle(fixed);
     const auto tf =
-        round % 2 ? this->random_.pose(S(0.5)) : fcl::Transform3<S>(fcl::Transform3<S>::Identity());
-    TrustRegionRequest<S> request;
-    request.radius = S(this->random_.size(-2, -0.5));
+        round % 2 ? this->random_.pose(0.5) : fcl::Transform3d(fcl::Transform3d::Identity());
+    TrustRegionRequest request;
+    request.radius = double(this->random_.size(-2, -0.5));
     request.most_held = this->random_.oneIn(2) ? 1 : 0.05;
-    TrustRegion<S> region(model, request);
+    TrustRegion region(model, request);
     const bool has_obstacle = this->random_.oneIn(2);
     if (has_obstacle) region.addObstacle(obstacle, tf);
     auto accepted = mesh.vertices, reference = accepted;
     region.begin(accepted);
     for (int iteration = 0; iteration < 6; ++iteration) {
       const auto before = accepted;
-      const auto proposed = this->moved(accepted, request.radius * S(this->random_.uniform(0, 3)));
+      const auto proposed =
+          this->moved(accepted, request.radius * double(this->random_.uniform(0, 3)));
       const TrustRegionReport report = region.truncate(proposed, accepted);
       if (report.has_searched) reference = before;
       std::size_t differ = 0;
@@ -76,8 +73,8 @@ TYPED_TEST(TrustRegionTest, IteratesStayApart) {
       held += report.held_back;
       held_by_radius += report.held_by_radius;
       searches += report.has_searched;
-      typename TestFixture::World world;
-      world.add(mesh, before, accepted, fcl::Transform3<S>::Identity());
+      World world;
+      world.add(mesh, before, accepted, fcl::Transform3d::Identity());
       if (has_obstacle) world.add(fixed, fixed.vertices, fixed.vertices, tf);
       this->expectApart(world, mesh.vertices.size());
     }
@@ -89,71 +86,68 @@ TYPED_TEST(TrustRegionTest, IteratesStayApart) {
 }
 
 /// Proposals beyond all bounds end at the radius, and never drift out of it.
-TYPED_TEST(TrustRegionTest, StaysWithinTheRadius) {
-  using S = TypeParam;
-  const TriangleMesh<S> mesh = plate<S>(5, 5);
-  const DeformableMesh<S> model(mesh);
-  TrustRegionRequest<S> request;
-  request.radius = S(0.05);
+TEST_F(TrustRegionTest, StaysWithinTheRadius) {
+  const TriangleMesh mesh = plate(5, 5);
+  const DeformableMesh model(mesh);
+  TrustRegionRequest request;
+  request.radius = 0.05;
   request.most_held = 1;
-  TrustRegion<S> region(model, request);
+  TrustRegion region(model, request);
   auto accepted = mesh.vertices;
   region.begin(accepted);
   for (int iteration = 0; iteration < 100; ++iteration) {
-    const auto proposed = this->moved(accepted, S(this->random_.size(-3, 7)));
+    const auto proposed = this->moved(accepted, double(this->random_.size(-3, 7)));
     region.truncate(proposed, accepted);
     for (std::size_t v = 0; v < accepted.size(); ++v)
       ASSERT_LE(double((accepted[v] - mesh.vertices[v]).norm()),
-                0.05 + 64 * double(std::numeric_limits<S>::epsilon()));
+                0.05 + 64 * double(std::numeric_limits<double>::epsilon()));
   }
 }
 
-TYPED_TEST(TrustRegionTest, FeaturesKeepTheSeparation) {
-  using S = TypeParam;
+TEST_F(TrustRegionTest, FeaturesKeepTheSeparation) {
   for (int round = 0; round < manySteps(6); ++round) {
-    const TriangleMesh<S> mesh = this->crumpled(round % 2);
-    const DeformableMesh<S> model(mesh);
-    TrustRegionRequest<S> request;
-    request.radius = S(0.1);
-    request.separation = S(this->random_.size(-3, -1.5));
-    TrustRegion<S> region(model, request);
+    const TriangleMesh mesh = this->crumpled(round % 2);
+    const DeformableMesh model(mesh);
+    TrustRegionRequest request;
+    request.radius = 0.1;
+    request.distance = double(this->random_.size(-3, -1.5));
+    TrustRegion region(model, request);
     auto accepted = mesh.vertices;
     region.begin(accepted);
     const auto distancesFrom = [&](const auto& pairs_of, const auto& act) {
       std::vector<P> world;
-      for (const auto& x : pairs_of) world.push_back(x.template cast<double>());
+      for (const auto& x : pairs_of) world.push_back(x);
       const SweptFeatures features(world, world, mesh.triangles);
-      features.forEachPair(double(request.separation), [&](const SweptFeatures::Pair& pair) {
+      features.forEachPair(double(request.distance), [&](const SweptFeatures::Pair& pair) {
         act(pair, double(distance(pair.firsts, features.corners(pair, 0))));
       });
     };
     std::map<std::array<std::size_t, 4>, double> before;
     distancesFrom(accepted, [&](const auto& pair, double d) { before[pair.corners] = d; });
     for (int iteration = 0; iteration < 5; ++iteration)
-      region.truncate(this->moved(accepted, S(0.1)), accepted);
+      region.truncate(this->moved(accepted, 0.1), accepted);
     distancesFrom(accepted, [&](const auto& pair, double d) {
       const auto was = before.find(pair.corners);
-      const double least = was == before.end() ? double(request.separation)
-                                               : std::min(was->second, double(request.separation));
-      ASSERT_GT(d, least * (1 - 1e-7) - 2 * double(std::numeric_limits<S>::epsilon()));
+      const double least = was == before.end() ? double(request.distance)
+                                               : std::min(was->second, double(request.distance));
+      ASSERT_GT(d, least * (1 - 1e-7) - 2 * double(std::numeric_limits<double>::epsilon()));
     });
   }
 }
 
-TYPED_TEST(TrustRegionTest, SearchesAgainWhenTooManyAreHeld) {
-  using S = TypeParam;
-  const TriangleMesh<S> mesh = plate<S>(10, 10);
-  const DeformableMesh<S> model(mesh);
+TEST_F(TrustRegionTest, SearchesAgainWhenTooManyAreHeld) {
+  const TriangleMesh mesh = plate(10, 10);
+  const DeformableMesh model(mesh);
   for (const double most_held : {0.5, 1.}) {
-    TrustRegionRequest<S> request;
-    request.radius = S(0.02);
+    TrustRegionRequest request;
+    request.radius = 0.02;
     request.most_held = most_held;
-    TrustRegion<S> region(model, request);
+    TrustRegion region(model, request);
     auto accepted = mesh.vertices;
     region.begin(accepted);
     const std::size_t pairs = region.numPairs();
     auto proposed = accepted;
-    for (auto& x : proposed) x[2] += S(0.05);
+    for (auto& x : proposed) x[2] += 0.05;
     const auto first = region.truncate(proposed, accepted);
     EXPECT_EQ(mesh.vertices.size(), first.held_back);
     EXPECT_EQ(mesh.vertices.size(), first.held_by_radius);
@@ -167,30 +161,30 @@ TYPED_TEST(TrustRegionTest, SearchesAgainWhenTooManyAreHeld) {
   }
 }
 
-TYPED_TEST(TrustRegionTest, RefusesAndThenIsUnchanged) {
-  using S = TypeParam;
-  const TriangleMesh<S> mesh = plate<S>(4, 4);
-  const DeformableMesh<S> model(mesh);
-  const S nan = std::numeric_limits<S>::quiet_NaN(), infinity = std::numeric_limits<S>::infinity();
-  for (const S bad : {S(0), S(-1), nan, infinity}) {
-    TrustRegionRequest<S> request;
+TEST_F(TrustRegionTest, RefusesAndThenIsUnchanged) {
+  const TriangleMesh mesh = plate(4, 4);
+  const DeformableMesh model(mesh);
+  const double nan = std::numeric_limits<double>::quiet_NaN(),
+               infinity = std::numeric_limits<double>::infinity();
+  for (const double bad : {0., -1., nan, infinity}) {
+    TrustRegionRequest request;
     request.radius = bad;
-    EXPECT_THROW(TrustRegion<S>(model, request), std::invalid_argument);
+    EXPECT_THROW(TrustRegion(model, request), std::invalid_argument);
     request.radius = 1;
-    request.separation = bad == 0 ? S(-2) : bad;
-    EXPECT_THROW(TrustRegion<S>(model, request), std::invalid_argument);
-    request.separation = 0;
+    request.distance = bad == 0 ? -2. : bad;
+    EXPECT_THROW(TrustRegion(model, request), std::invalid_argument);
+    request.distance = 0;
     request.most_held = bad == 0 || bad == infinity ? -1 : double(bad);
-    EXPECT_THROW(TrustRegion<S>(model, request), std::invalid_argument);
+    EXPECT_THROW(TrustRegion(model, request), std::invalid_argument);
   }
-  TrustRegionRequest<S> request;
-  request.radius = S(0.1);
-  TrustRegion<S> region(model, request);
+  TrustRegionRequest request;
+  request.radius = 0.1;
+  TrustRegion region(model, request);
   auto accepted = mesh.vertices;
   EXPECT_THROW(region.truncate(accepted, accepted), std::invalid_argument) << "before begin";
   region.begin(accepted);
   auto wrong = accepted;
-  for (const S bad : {nan, infinity, std::numeric_limits<S>::max()}) {
+  for (const double bad : {nan, infinity, std::numeric_limits<double>::max()}) {
     wrong[7][1] = bad;
     EXPECT_THROW(region.truncate(wrong, accepted), std::invalid_argument) << bad;
     EXPECT_THROW(region.begin(wrong), std::invalid_argument);
@@ -198,67 +192,65 @@ TYPED_TEST(TrustRegionTest, RefusesAndThenIsUnchanged) {
   wrong.pop_back();
   EXPECT_THROW(region.truncate(wrong, accepted), std::invalid_argument);
   EXPECT_THROW(region.begin(wrong), std::invalid_argument);
-  EXPECT_THROW(region.setTransform(0, fcl::Transform3<S>::Identity()), std::out_of_range);
-  auto sheared = fcl::Transform3<S>(fcl::Transform3<S>::Identity());
+  EXPECT_THROW(region.setTransform(0, fcl::Transform3d::Identity()), std::out_of_range);
+  auto sheared = fcl::Transform3d(fcl::Transform3d::Identity());
   sheared.linear()(0, 1) = 1;
   EXPECT_THROW(region.addObstacle(model, sheared), std::invalid_argument);
   EXPECT_EQ(mesh.vertices, accepted);
-  TrustRegion<S> other = std::move(region);
+  TrustRegion other = std::move(region);
   auto proposed = accepted;
-  for (auto& x : proposed) x[2] += S(0.01);
+  for (auto& x : proposed) x[2] += 0.01;
   EXPECT_EQ(0u, other.truncate(proposed, accepted).held_back);
   EXPECT_EQ(proposed, accepted);
 }
 
 /// An obstacle that is placed anew counts there from the next `begin` on.
-TYPED_TEST(TrustRegionTest, PlacesObstacles) {
-  using S = TypeParam;
-  const TriangleMesh<S> mesh = plate<S>(4, 4);
-  const DeformableMesh<S> model(mesh);
-  auto below = fcl::Transform3<S>(fcl::Transform3<S>::Identity());
-  below.translation()[2] = S(-0.05);
-  TrustRegionRequest<S> request;
-  request.radius = S(0.2);
-  TrustRegion<S> region(model, request);
+TEST_F(TrustRegionTest, PlacesObstacles) {
+  const TriangleMesh mesh = plate(4, 4);
+  const DeformableMesh model(mesh);
+  auto below = fcl::Transform3d(fcl::Transform3d::Identity());
+  below.translation()[2] = -0.05;
+  TrustRegionRequest request;
+  request.radius = 0.2;
+  TrustRegion region(model, request);
   region.addObstacle(model, below);
   auto proposed = mesh.vertices;
-  for (auto& x : proposed) x[2] -= S(0.1);
+  for (auto& x : proposed) x[2] -= 0.1;
   auto accepted = mesh.vertices;
   region.begin(accepted);
   EXPECT_EQ(25u, region.truncate(proposed, accepted).held_back);
-  for (const auto& x : accepted) EXPECT_GT(x[2], S(-0.05));
-  below.translation()[2] = S(-0.5);
+  for (const auto& x : accepted) EXPECT_GT(x[2], -0.05);
+  below.translation()[2] = -0.5;
   region.setTransform(0, below);
   region.begin(mesh.vertices);
   EXPECT_EQ(0u, region.truncate(proposed, accepted).held_back);
 }
 
 /// So does one that moves, deforms or gets other triangles, although a search comes before.
-TYPED_TEST(TrustRegionTest, SearchesAmongTheObstaclesOfTheLastBegin) {
-  using S = TypeParam;
-  const TriangleMesh<S> mesh = plate<S>(4, 4);
-  const DeformableMesh<S> model(mesh);
-  DeformableMesh<S> obstacle(mesh);
-  auto below = fcl::Transform3<S>(fcl::Transform3<S>::Identity());
-  below.translation()[2] = S(-0.05);
-  TrustRegionRequest<S> request;
-  request.radius = S(0.02);
+TEST_F(TrustRegionTest, SearchesAmongTheObstaclesOfTheLastBegin) {
+  const TriangleMesh mesh = plate(4, 4);
+  const DeformableMesh model(mesh);
+  DeformableMesh obstacle(mesh);
+  auto below = fcl::Transform3d(fcl::Transform3d::Identity());
+  below.translation()[2] = -0.05;
+  TrustRegionRequest request;
+  request.radius = 0.02;
   for (int change = 0; change < 4; ++change) {
     SCOPED_TRACE(change);
-    obstacle = DeformableMesh<S>(mesh);
-    TrustRegion<S> region(model, request);
+    obstacle = DeformableMesh(mesh);
+    TrustRegion region(model, request);
     region.addObstacle(obstacle, below);
     auto accepted = mesh.vertices, proposed = accepted;
     region.begin(accepted);
-    for (auto& x : proposed) x[2] -= S(0.2);
+    for (auto& x : proposed) x[2] -= 0.2;
     EXPECT_EQ(25u, region.truncate(proposed, accepted).held_by_radius);
     auto away = below;
     away.translation()[2] = -9;
     if (change == 0) region.setTransform(0, away);
     if (change == 1) obstacle.update(proposed);
-    if (change == 2) obstacle = DeformableMesh<S>(obstacle);
+    if (change == 2) obstacle = DeformableMesh(obstacle);
     if (change == 3) {
-      obstacle = DeformableMesh<S>(plate<S>(3, 3));
+      obstacle = DeformableMesh(plate(3, 3));
       const auto before = region.accepted();
       EXPECT_THROW(region.truncate(proposed, accepted), std::invalid_argument);
       EXPECT_EQ(before, region.accepted());
@@ -268,21 +260,21 @@ TYPED_TEST(TrustRegionTest, SearchesAmongTheObstaclesOfTheLastBegin) {
     for (int i = 0; i < 8; ++i) has_searched |= region.truncate(proposed, accepted).has_searched;
     EXPECT_TRUE(has_searched);
     for (const auto& x : accepted) {
-      EXPECT_GT(x[2], S(-0.05));
-      EXPECT_LT(x[2], S(-0.045));
+      EXPECT_GT(x[2], -0.05);
+      EXPECT_LT(x[2], -0.045);
     }
   }
 }
 
 /// Ten iterations of a step of a simulation; all pairs, without a tree.
 TEST(TrustRegionStep, StaysApart) {
-  const TriangleMesh<double> mesh = loadStep("cloth_funnel_227");
+  const TriangleMesh mesh = loadStep("cloth_funnel_227");
   if (mesh.triangles.empty()) GTEST_SKIP() << "no data in " << dataFolder();
   const auto end = loadStep("cloth_funnel_228").vertices;
-  const DeformableMesh<double> model(mesh);
-  TrustRegionRequest<double> request;
+  const DeformableMesh model(mesh);
+  TrustRegionRequest request;
   request.radius = 0.004;
-  TrustRegion<double> region(model, request);
+  TrustRegion region(model, request);
   auto accepted = mesh.vertices;
   region.begin(accepted);
   for (int iteration = 1; iteration <= 2; ++iteration) {
@@ -299,15 +291,15 @@ TEST(TrustRegionStep, StaysApart) {
 /// A cloth falls on a ball, and lies on it: nothing ever crosses anything, by all pairs.
 TEST(TrustRegionCloth, NeverCrossesTheBall) {
   FallingCloth cloth(8, 0.4);
-  const TriangleMesh<double> ball = bent<double>(9, 9, [](double x, double y) -> P {
+  const TriangleMesh ball = bent(9, 9, [](double x, double y) -> P {
     const double a = 2 * M_PI * x, b = M_PI * (0.02 + 0.96 * y);
     return 0.25 * P(std::sin(b) * std::cos(a), std::sin(b) * std::sin(a), std::cos(b));
   });
-  const DeformableMesh<double> model(cloth.mesh()), obstacle(ball);
-  TrustRegionRequest<double> request;
+  const DeformableMesh model(cloth.mesh()), obstacle(ball);
+  TrustRegionRequest request;
   request.radius = 0.05;
-  request.separation = 1e-4;
-  TrustRegion<double> region(model, request);
+  request.distance = 1e-4;
+  TrustRegion region(model, request);
   region.addObstacle(obstacle);
   std::size_t held = 0;
   long near = 0;

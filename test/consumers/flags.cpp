@@ -59,13 +59,13 @@ double distanceByTraversal(const Model& first, const fcl::Transform3d& tf1, cons
 }  // namespace
 
 int main() {
-  adaptive_bvh::DeformableMeshd first(positionsAt(0), triangles()), second(first);
+  adaptive_bvh::DeformableMesh first(positionsAt(0), triangles()), second(first);
   Model model;
   model.beginModel();
   model.addSubModel(positionsAt(0), triangles());
   model.endModel();
   const Model still(model);
-  adaptive_bvh::CoherentDistanced pair(first, second);
+  adaptive_bvh::CoherentDistance pair(first, second);
   const fcl::Transform3d here = fcl::Transform3d::Identity(), there = otherPose();
   for (int step = 1; step <= 10; ++step) {
     first.update(positionsAt(step));
@@ -82,8 +82,8 @@ int main() {
   fcl::Transform3d crossing = there;
   crossing.translation().z() = 0.5;
   fcl::CollisionResultd contacts;
-  adaptive_bvh::collide<double>(&first, here, &second, crossing,
-                                fcl::CollisionRequestd(1 << 12, true), contacts);
+  adaptive_bvh::collide(&first, here, &second, crossing, fcl::CollisionRequestd(1 << 12, true),
+                        contacts);
   for (std::size_t i = 0; i < contacts.numContacts(); ++i) {
     const fcl::Contactd& contact = contacts.getContact(i);
     std::printf("%d %d: %a deep at %a\n", int(contact.b1), int(contact.b2),

@@ -29,12 +29,12 @@ int main() {
   fcl::Transform3d above = fcl::Transform3d::Identity();
   above.translation().z() = 0.25;
   fcl::DistanceResultd result;
-  adaptive_bvh::distance<double>(&model, fcl::Transform3d::Identity(), &model, above,
-                                 fcl::DistanceRequestd(), result);
+  adaptive_bvh::distance(&model, fcl::Transform3d::Identity(), &model, above,
+                         fcl::DistanceRequestd(), result);
   std::printf("distance %.3f\n", result.min_distance);
 #ifdef WITH_MESH_IO
   try {
-    adaptive_bvh::loadMesh<double>("missing.obj");
+    adaptive_bvh::loadMesh("missing.obj");
     return 1;
   } catch (const adaptive_bvh::MeshLoadError& error) {
     std::printf("%s\n", error.what());

@@ -14,10 +14,9 @@ using adaptive_bvh::Topology;
 
 class BestFit : public testing::Test {
  protected:
-  using BV = fcl::RSS<double>;
+  using BV = fcl::RSSd;
 
-  void start(const TriangleMesh<double>& mesh,
-             const fcl::Matrix3d& axes = fcl::Matrix3d::Identity()) {
+  void start(const TriangleMesh& mesh, const fcl::Matrix3d& axes = fcl::Matrix3d::Identity()) {
     mesh_ = mesh;
     fillModel(mesh, model_);
     model_.computeLocalAABB();
@@ -36,11 +35,11 @@ class BestFit : public testing::Test {
 
   bool turnsNow() { return fit_.update(model_.vertices, axes_); }
 
-  static fcl::Matrix3<double> turn(double angle, const fcl::Vector3d& axis) {
+  static fcl::Matrix3d turn(double angle, const fcl::Vector3d& axis) {
     return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
   }
 
-  TriangleMesh<double> mesh_;
+  TriangleMesh mesh_;
   fcl::BVHModel<BV> model_;
   Topology topology_;
   fcl::Matrix3d axes_;
@@ -50,14 +49,14 @@ class BestFit : public testing::Test {
 /// A body turned and carried along, by any rotation of more than 12 degrees: the axes are turned
 /// alike, whatever they were at the start.
 TEST_F(BestFit, FindsTheRotationOfABody) {
-  RandomGeometry<double> random(31);
+  RandomGeometry random(31);
   for (int round = 0; round < 60; ++round) {
     const fcl::Matrix3d axes = random.rotation();
-    start(round % 2 ? tube<double>(5, 6) : plate<double>(6, 4, 2, 1), axes);
-    const fcl::Matrix3<double> R =
+    start(round % 2 ? tube(5, 6) : plate(6, 4, 2, 1), axes);
+    const fcl::Matrix3d R =
         turn(0.22 + 2.8 * std::abs(double(random.uniform())), fcl::Vector3d(1, 2, round - 30));
-    const Vector3<double> shift = random.point() * double(10);
-    place([&](const Vector3<double>& p) -> Vector3<double> { return R * p + shift; });
+    const fcl::Vector3d shift = random.point() * 10.;
+    place([&](const fcl::Vector3d& p) -> fcl::Vector3d { return R * p + shift; });
     ASSERT_TRUE(turnsNow()) << round;
     const fcl::Matrix3d expected = R * axes;
     ASSERT_TRUE(axes_.isApprox(expected, 1e-9)) << axes_ << "\n\n" << expected;
@@ -67,20 +66,20 @@ TEST_F(BestFit, FindsTheRotationOfABody) {
 
 /// Slivers as long as the body: all first corners lie on one side, on one line.
 TEST_F(BestFit, FindsTheRotationOfABodyOfSlivers) {
-  start(plate<double>(1, 60));
-  const fcl::Matrix3<double> R = turn(0.7, fcl::Vector3d(1, -2, 0.6));
-  place([&](const Vector3<double>& p) -> Vector3<double> { return R * p; });
+  start(plate(1, 60));
+  const fcl::Matrix3d R = turn(0.7, fcl::Vector3d(1, -2, 0.6));
+  place([&](const fcl::Vector3d& p) -> fcl::Vector3d { return R * p; });
   ASSERT_TRUE(turnsNow());
   EXPECT_TRUE(axes_.isApprox(R, 1e-9));
 }
 
 /// A few degrees are not worth new axes; they add up until they are.
 TEST_F(BestFit, LeavesSmallTurnsUntilTheyAddUp) {
-  start(tube<double>(5, 6));
+  start(tube(5, 6));
   int turned_at = 0;
   for (int degrees = 1; degrees < 30 && turned_at == 0; ++degrees) {
-    const fcl::Matrix3<double> R = turn(degrees * M_PI / 180, fcl::Vector3d(0, 1, 0));
-    place([&](const Vector3<double>& p) -> Vector3<double> { return R * p; });
+    const fcl::Matrix3d R = turn(degrees * M_PI / 180, fcl::Vector3d(0, 1, 0));
+    place([&](const fcl::Vector3d& p) -> fcl::Vector3d { return R * p; });
     if (turnsNow()) turned_at = degrees;
   }
   EXPECT_EQ(12, turned_at) << "at cos < 0.98";
@@ -88,8 +87,8 @@ TEST_F(BestFit, LeavesSmallTurnsUntilTheyAddUp) {
 
 /// What bends is no body that turns: a sheet that rolls up, a soup whose parts fly apart.
 TEST_F(BestFit, LeavesABodyThatDeforms) {
-  start(plate<double>(8, 8));
-  place([](const Vector3<double>& p) -> Vector3<double> {
+  start(plate(8, 8));
+  place([](const fcl::Vector3d& p) -> fcl::Vector3d {
     return {std::cos(4 * p[0]), p[1], std::sin(4 * p[0])};
   });
   EXPECT_FALSE(turnsNow());
@@ -98,32 +97,32 @@ TEST_F(BestFit, LeavesABodyThatDeforms) {
 
 /// Of vertices along one line no rotation about it shows; of a point none at all.
 TEST_F(BestFit, LeavesALineAndAPoint) {
-  for (const double width : {double(1), double(0)}) {
-    TriangleMesh<double> mesh = plate<double>(6, 1);
-    for (auto& p : mesh.vertices) p = Vector3<double>(p[0] * width, 0, 0);
+  for (const double width : {1., 0.}) {
+    TriangleMesh mesh = plate(6, 1);
+    for (auto& p : mesh.vertices) p = fcl::Vector3d(p[0] * width, 0, 0);
     start(mesh);
-    place([](const Vector3<double>& p) -> Vector3<double> { return {0, p[0], 0}; });
+    place([](const fcl::Vector3d& p) -> fcl::Vector3d { return {0, p[0], 0}; });
     EXPECT_FALSE(turnsNow());
   }
 }
 
 /// Axes stay a rotation where the body is turned inside out: a reflection is none.
 TEST_F(BestFit, NeverReflects) {
-  start(plate<double>(6, 4, 2, 1));  // flat: its mirror image is the plate turned over
-  place([](const Vector3<double>& p) -> Vector3<double> { return {-p[0], p[1], p[2]}; });
+  start(plate(6, 4, 2, 1));  // flat: its mirror image is the plate turned over
+  place([](const fcl::Vector3d& p) -> fcl::Vector3d { return {-p[0], p[1], p[2]}; });
   EXPECT_TRUE(turnsNow());
   EXPECT_NEAR(1, axes_.determinant(), 1e-5);
-  start(tube<double>(5, 6));
-  place([](const Vector3<double>& p) -> Vector3<double> { return {-p[0], p[1], p[2]}; });
+  start(tube(5, 6));
+  place([](const fcl::Vector3d& p) -> fcl::Vector3d { return {-p[0], p[1], p[2]}; });
   turnsNow();
   EXPECT_NEAR(1, axes_.determinant(), 1e-5);
 }
 
 /// At most twelve vertices, each of the mesh, spread over it; one for each triangle of a small one.
 TEST_F(BestFit, SamplesAFewVerticesAllOver) {
-  start(plate<double>(1, 1));
+  start(plate(1, 1));
   EXPECT_EQ(2, fit_.samples().size());
-  start(tube<double>(8, 20));
+  start(tube(8, 20));
   EXPECT_EQ(12, fit_.samples().size());
   double low = 2, high = 0;
   for (Eigen::Index i = 0; i < fit_.samples().size(); ++i) {

@@ -26,14 +26,10 @@ namespace deformable_mesh_test {
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::DeformableMesh;
 
-template <typename S>
-using Points = std::vector<Vector3<S>>;
-template <typename S>
-using Rows = Eigen::Matrix<S, Eigen::Dynamic, 3>;
-template <typename S>
-using RowMajor = Eigen::Matrix<S, Eigen::Dynamic, 3, Eigen::RowMajor>;
-template <typename S>
-using Columns = Eigen::Matrix<S, 3, Eigen::Dynamic>;
+using Points = std::vector<fcl::Vector3d>;
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
 /// What a call throws as std::invalid_argument; empty when it does not.
 std::string refusal(const std::function<void()>& call) {
@@ -48,14 +44,12 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-template <typename S>
-Columns<S> columnsOf(const Points<S>& points) {
-  Columns<S> columns(3, Eigen::Index(points.size()));
+Columns columnsOf(const Points& points) {
+  Columns columns(3, Eigen::Index(points.size()));
   for (std::size_t v = 0; v < points.size(); ++v) columns.col(Eigen::Index(v)) = points[v];
   return columns;
 }
 
-template <typename S>
 bool sameTriangles(const std::vector<fcl::Triangle>& a, const std::vector<fcl::Triangle>& b) {
   if (a.size() != b.size()) return false;
   for (std::size_t t = 0; t < a.size(); ++t)
@@ -64,44 +58,42 @@ bool sameTriangles(const std::vector<fcl::Triangle>& a, const std::vector<fcl::T
   return true;
 }
 
-template <typename S>
 class Deformable : public testing::Test {
  protected:
-  using Mesh = DeformableMesh<S>;
-  using Transform = fcl::Transform3<S>;
+  using Mesh = DeformableMesh;
+  using Transform = fcl::Transform3d;
 
-  static S epsilon() { return std::numeric_limits<S>::epsilon(); }
-  static S tolerance() { return std::is_same<S, float>::value ? S(1e-5) : S(1e-12); }
+  static double epsilon() { return std::numeric_limits<double>::epsilon(); }
+  static double tolerance() { return 1e-12; }
 
-  Points<S> moved(Points<S> points, S by = S(0.1)) {
-    for (Vector3<S>& p : points) p += by * random_.point();
+  Points moved(Points points, double by = 0.1) {
+    for (fcl::Vector3d& p : points) p += by * random_.point();
     return points;
   }
 
   /// Expects sound boxes, these positions, a box of FCL's around them, and the right distances,
   /// contacts and self-contacts.
-  void expectSound(const Mesh& mesh, const Points<S>& positions, bool is_tight = true) {
+  void expectSound(const Mesh& mesh, const Points& positions, bool is_tight = true) {
     ASSERT_EQ(positions, mesh.vertices());
     std::string reason;
     ASSERT_TRUE(mesh.validate(&reason)) << reason;
     expectLocalBox(mesh, is_tight);
-    const BruteForce<S> brute(mesh, still_, tool_, beside_);
-    fcl::DistanceResult<S> distance;
-    adaptive_bvh::distance<S>(&mesh, still_, &tool_, beside_, fcl::DistanceRequest<S>(true),
-                              distance);
+    const BruteForce brute(mesh, still_, tool_, beside_);
+    fcl::DistanceResultd distance;
+    adaptive_bvh::distance(&mesh, still_, &tool_, beside_, fcl::DistanceRequestd(true), distance);
     ASSERT_NEAR(brute.distance(), distance.min_distance, tolerance());
     ASSERT_EQ("", brute.findError(distance, still_, tolerance()));
-    fcl::CollisionResult<S> own;
-    selfCollide(mesh, fcl::CollisionRequest<S>(100000), own, adaptive_bvh::NeighbourFilter::None);
+    fcl::CollisionResultd own;
+    selfCollide(mesh, {adaptive_bvh::NeighbourFilter::None}, fcl::CollisionRequestd(100000), own);
     std::set<std::pair<int, int>> pairs;
     for (std::size_t i = 0; i < own.numContacts(); ++i)
       pairs.emplace(int(own.getContact(i).b1), int(own.getContact(i).b2));
-    ASSERT_EQ(BruteForce<S>(mesh, still_, mesh, still_).contacts(), pairs);
+    ASSERT_EQ(BruteForce(mesh, still_, mesh, still_).contacts(), pairs);
   }
   static void expectLocalBox(const Mesh& mesh, bool is_tight) {
-    Eigen::AlignedBox<S, 3> box;
-    for (const Vector3<S>& p : mesh.vertices()) box.extend(p);
-    const fcl::AABB<S>& local = mesh.aabb_local;
+    Eigen::AlignedBox<double, 3> box;
+    for (const fcl::Vector3d& p : mesh.vertices()) box.extend(p);
+    const fcl::AABBd& local = mesh.aabb_local;
     if (is_tight) {
       EXPECT_EQ(box.min(), local.min_);
       EXPECT_EQ(box.max(), local.max_);
@@ -109,150 +101,144 @@ class Deformable : public testing::Test {
       EXPECT_TRUE((local.min_.array() <= box.min().array()).all());
       EXPECT_TRUE((local.max_.array() >= box.max().array()).all());
     }
-    for (const Vector3<S>& p : mesh.vertices())
+    for (const fcl::Vector3d& p : mesh.vertices())
       EXPECT_LE((p - mesh.aabb_center).norm(), mesh.aabb_radius * (1 + 8 * epsilon()));
   }
   static void expectSameAnswers(const Mesh& a, const Mesh& b, const Mesh& tool,
                                 const Transform& tf) {
     const Transform still = Transform::Identity();
-    fcl::DistanceResult<S> of_a, of_b;
-    adaptive_bvh::distance<S>(&a, still, &tool, tf, fcl::DistanceRequest<S>(), of_a);
-    adaptive_bvh::distance<S>(&b, still, &tool, tf, fcl::DistanceRequest<S>(), of_b);
+    fcl::DistanceResultd of_a, of_b;
+    adaptive_bvh::distance(&a, still, &tool, tf, fcl::DistanceRequestd(), of_a);
+    adaptive_bvh::distance(&b, still, &tool, tf, fcl::DistanceRequestd(), of_b);
     EXPECT_NEAR(of_a.min_distance, of_b.min_distance, tolerance());
   }
 
-  const TriangleMesh<S> sheet_ = plate<S>(6, 5);
-  const Mesh tool_{tube<S>(5, 5)};
+  const TriangleMesh sheet_ = plate(6, 5);
+  const Mesh tool_{tube(5, 5)};
   const Transform still_ = Transform::Identity();
   Transform beside_ = [] {
     Transform tf = Transform::Identity();
-    tf.translation() = Vector3<S>(0, S(0.3), S(0.7));
+    tf.translation() = fcl::Vector3d(0, 0.3, 0.7);
     return tf;
   }();
-  RandomGeometry<S> random_{404};
+  RandomGeometry random_{404};
 };
-
-TYPED_TEST_SUITE(Deformable, MeshScalars);
 
 // ---- construction -------------------------------------------------------------------------------
 
-template <typename BV, typename S>
-DeformableMesh<S> throughModel(const TriangleMesh<S>& mesh) {
+template <typename BV>
+DeformableMesh throughModel(const TriangleMesh& mesh) {
   fcl::BVHModel<BV> model;
   fillModel(mesh, model);
-  return DeformableMesh<S>(model);
+  return DeformableMesh(model);
 }
 
-TYPED_TEST(Deformable, IsBuiltFromEverySource) {
-  using S = TypeParam;
-  using Mesh = typename TestFixture::Mesh;
-  const Points<S>& v = this->sheet_.vertices;
+TEST_F(Deformable, IsBuiltFromEverySource) {
+  using Mesh = Mesh;
+  const Points& v = this->sheet_.vertices;
   const std::vector<fcl::Triangle>& f = this->sheet_.triangles;
-  const RowMajor<S> rows = columnsOf(v).transpose();
+  const RowMajor rows = columnsOf(v).transpose();
   Eigen::Matrix<int, Eigen::Dynamic, 3> faces(Eigen::Index(f.size()), 3);
   for (std::size_t t = 0; t < f.size(); ++t)
     for (int k = 0; k < 3; ++k) faces(Eigen::Index(t), k) = int(f[t][k]);
   using UnsignedRows = Eigen::Matrix<unsigned, Eigen::Dynamic, 3, Eigen::RowMajor>;
-  const Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic> any = rows;
-  AdaptiveBVHModel<fcl::RSS<S>> adaptive;
+  const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic> any = rows;
+  AdaptiveBVHModel<fcl::RSSd> adaptive;
   fillModel(this->sheet_, adaptive);
   std::vector<Mesh> meshes;
   meshes.emplace_back(v, f);
   meshes.emplace_back(this->sheet_);
   meshes.emplace_back(rows, faces);
-  meshes.emplace_back(Rows<S>(rows), UnsignedRows(faces.template cast<unsigned>()));
+  meshes.emplace_back(Rows(rows), UnsignedRows(faces.template cast<unsigned>()));
   meshes.emplace_back(any, faces.template cast<long>().eval());
-  meshes.emplace_back(Eigen::Map<const RowMajor<S>>(v[0].data(), Eigen::Index(v.size()), 3), faces);
-  meshes.push_back(throughModel<fcl::AABB<S>>(this->sheet_));
-  meshes.push_back(throughModel<fcl::RSS<S>>(this->sheet_));
-  meshes.push_back(throughModel<fcl::OBBRSS<S>>(this->sheet_));
+  meshes.emplace_back(Eigen::Map<const RowMajor>(v[0].data(), Eigen::Index(v.size()), 3), faces);
+  meshes.push_back(throughModel<fcl::AABBd>(this->sheet_));
+  meshes.push_back(throughModel<fcl::RSSd>(this->sheet_));
+  meshes.push_back(throughModel<fcl::OBBRSSd>(this->sheet_));
   meshes.emplace_back(adaptive);
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     SCOPED_TRACE(i);
-    EXPECT_TRUE(sameTriangles<S>(f, meshes[i].triangles()));
+    EXPECT_TRUE(sameTriangles(f, meshes[i].triangles()));
     EXPECT_TRUE(meshes[i].previousVertices().empty());
     ASSERT_NO_FATAL_FAILURE(this->expectSound(meshes[i], v));
-    const Points<S> next = this->moved(v);
+    const Points next = this->moved(v);
     meshes[i].update(next);
     ASSERT_NO_FATAL_FAILURE(this->expectSound(meshes[i], next));
     EXPECT_GT(meshes[i].bytes(), v.size() * sizeof(v[0]));
   }
 }
 
-TYPED_TEST(Deformable, TakesBothFramesOfAModel) {
-  using S = TypeParam;
-  fcl::BVHModel<fcl::OBBRSS<S>> model;
+TEST_F(Deformable, TakesBothFramesOfAModel) {
+  fcl::BVHModel<fcl::OBBRSSd> model;
   fillModel(this->sheet_, model);
-  const Points<S> next = this->moved(this->sheet_.vertices);
+  const Points next = this->moved(this->sheet_.vertices);
   model.beginUpdateModel();
   model.updateSubModel(next);
   model.endUpdateModel();
-  const DeformableMesh<S> mesh(model);
+  const DeformableMesh mesh(model);
   EXPECT_EQ(next, mesh.vertices());
   EXPECT_EQ(this->sheet_.vertices, mesh.previousVertices());
   EXPECT_TRUE(mesh.validate());
 }
 
-TYPED_TEST(Deformable, IsNotBuiltFromBadData) {
-  using S = TypeParam;
-  using Mesh = typename TestFixture::Mesh;
-  const Points<S> v = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+TEST_F(Deformable, IsNotBuiltFromBadData) {
+  using Mesh = Mesh;
+  const Points v = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   const std::vector<fcl::Triangle> f = {{0, 1, 2}};
-  const S inf = std::numeric_limits<S>::infinity(), nan = std::numeric_limits<S>::quiet_NaN();
+  const double inf = std::numeric_limits<double>::infinity(),
+               nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(contains(refusal([&] { Mesh(v, {}); }), "no triangles"));
   EXPECT_NE("", refusal([&] { Mesh({}, {}); }));
   EXPECT_NE("", refusal([&] { Mesh({}, f); }));
   EXPECT_TRUE(contains(refusal([&] { Mesh(v, {{0, 1, 2}, {0, 3, 1}}); }), "vertex 3"));
   EXPECT_NE("", refusal([&] { Mesh(v, {{0, ~std::size_t(0), 1}}); }));
-  const bool is_float = std::is_same<S, float>::value;
-  for (const S bad : {nan, inf, -inf, is_float ? S(3e8) : S(1e77), -std::numeric_limits<S>::max()})
+  for (const double bad : {nan, inf, -inf, 1e77, -std::numeric_limits<double>::max()})
     for (int k = 0; k < 3; ++k) {
-      Points<S> broken = v;
+      Points broken = v;
       broken[2][k] = bad;
       EXPECT_TRUE(contains(refusal([&] { Mesh(broken, f); }), "vertex 2"));
     }
-  const Rows<S> rows = columnsOf(v).transpose();
+  const Rows rows = columnsOf(v).transpose();
   const Eigen::Matrix<int, 1, 3> face(0, 1, 2);
   EXPECT_EQ("", refusal([&] { Mesh(rows, face); }));
   EXPECT_TRUE(contains(refusal([&] { Mesh(rows.leftCols(2), face); }), "3 x 2"));
   EXPECT_TRUE(contains(refusal([&] { Mesh(rows, face.transpose()); }), "3 x 1"));
   EXPECT_NE("", refusal([&] { Mesh(rows, Eigen::Matrix<int, 1, 3>(0, -1, 2)); }));
   EXPECT_NE("", refusal([&] { Mesh(rows, Eigen::Matrix<int, 0, 3>()); }));
-  EXPECT_NE("", refusal([&] { Mesh(fcl::BVHModel<fcl::AABB<S>>()); }));
-  fcl::BVHModel<fcl::RSS<S>> cloud;
+  EXPECT_NE("", refusal([&] { Mesh(fcl::BVHModel<fcl::AABBd>()); }));
+  fcl::BVHModel<fcl::RSSd> cloud;
   cloud.beginModel();
   cloud.addSubModel(v);
   cloud.endModel();
   EXPECT_NE("", refusal([&] { Mesh{cloud}; })) << "a point cloud";
   EXPECT_EQ("", refusal([&] {
-              const S largest = is_float ? S(0x1p28) : S(0x1p252);
+              const double largest = double(0x1p252);
               const Mesh mesh({{0, 0, 0}, {largest, 0, 0}, {0, -largest, 0}}, f);
               EXPECT_TRUE(mesh.validate());
             }));
 }
 
-TYPED_TEST(Deformable, OddTrianglesAreFine) {
-  using S = TypeParam;
-  const Vector3<S> a(0, 0, 0), b(1, 0, 0), c(0, 1, 0);
-  const std::vector<TriangleMesh<S>> meshes = {
+TEST_F(Deformable, OddTrianglesAreFine) {
+  const fcl::Vector3d a(0, 0, 0), b(1, 0, 0), c(0, 1, 0);
+  const std::vector<TriangleMesh> meshes = {
       {{a, b, c}, {{0, 1, 2}}},
       {{a, b, c}, std::vector<fcl::Triangle>(9, fcl::Triangle(0, 1, 2))},  // duplicates
       {{a, b, c}, {{0, 0, 0}, {0, 1, 1}, {2, 1, 2}}},                      // degenerate
       {{a, a, a, b, b, b}, {{0, 1, 2}, {3, 4, 5}}},                        // points
-      {{a, b, c, Vector3<S>(50, 0, 0)}, {{0, 1, 2}}},                      // an unused vertex
+      {{a, b, c, fcl::Vector3d(50, 0, 0)}, {{0, 1, 2}}},                   // an unused vertex
       {{a, a, a}, {{0, 1, 2}}},                                            // all in one place
   };
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     SCOPED_TRACE(i);
-    const TriangleMesh<S>& mesh = meshes[i];
-    DeformableMesh<S> body(mesh);
+    const TriangleMesh& mesh = meshes[i];
+    DeformableMesh body(mesh);
     ASSERT_NO_FATAL_FAILURE(this->expectSound(body, mesh.vertices));
     for (int frame = 0; frame < 4; ++frame) {
-      const Points<S> next = this->moved(mesh.vertices, S(0.1) * S(frame % 3));
+      const Points next = this->moved(mesh.vertices, 0.1 * double(frame % 3));
       frame % 2 ? body.update(next) : body.updateTwoFrames(next);
       ASSERT_NO_FATAL_FAILURE(this->expectSound(body, next));
     }
-    const Points<S> one(mesh.vertices.size(), c);
+    const Points one(mesh.vertices.size(), c);
     body.update(one);
     ASSERT_NO_FATAL_FAILURE(this->expectSound(body, one));
   }
@@ -260,55 +246,52 @@ TYPED_TEST(Deformable, OddTrianglesAreFine) {
 
 // ---- updates ------------------------------------------------------------------------------------
 
-TYPED_TEST(Deformable, UpdatesFromVectorsPointersMatricesAndMaps) {
-  using S = TypeParam;
-  DeformableMesh<S> mesh(this->sheet_);
-  const Vector3<S>* const address = mesh.vertices().data();
+TEST_F(Deformable, UpdatesFromVectorsPointersMatricesAndMaps) {
+  DeformableMesh mesh(this->sheet_);
+  const fcl::Vector3d* const address = mesh.vertices().data();
   const auto n = Eigen::Index(this->sheet_.vertices.size());
-  using Any = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic>;
-  using AnyRowMajor = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const std::vector<std::function<void(const Points<S>&)>> updates = {
-      [&](const Points<S>& p) { mesh.update(p); },
-      [&](const Points<S>& p) { mesh.update(p.data(), p.size()); },
-      [&](const Points<S>& p) { mesh.update(columnsOf(p)); },
-      [&](const Points<S>& p) { mesh.update(Any(columnsOf(p))); },
-      [&](const Points<S>& p) { mesh.update(AnyRowMajor(columnsOf(p))); },
-      [&](const Points<S>& p) { mesh.update(Rows<S>(columnsOf(p).transpose())); },
-      [&](const Points<S>& p) { mesh.update(RowMajor<S>(columnsOf(p).transpose())); },
-      [&](const Points<S>& p) { mesh.update(Any(columnsOf(p).transpose())); },
-      [&](const Points<S>& p) { mesh.update(AnyRowMajor(columnsOf(p).transpose())); },
-      [&](const Points<S>& p) { mesh.update(columnsOf(p).transpose()); },
-      [&](const Points<S>& p) { mesh.update(columnsOf(p) * S(1)); },
-      [&](const Points<S>& p) {
-        mesh.update(columnsOf(p).template cast<double>().template cast<S>());
-      },
-      [&](const Points<S>& p) { mesh.update(Eigen::Map<const Columns<S>>(p[0].data(), 3, n)); },
-      [&](const Points<S>& p) { mesh.update(Eigen::Map<const RowMajor<S>>(p[0].data(), n, 3)); },
-      [&](const Points<S>& p) {  // with a fourth number behind each vertex
-        Any padded = Any::Constant(4, n, S(-77));
+  using Any = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic>;
+  using AnyRowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const std::vector<std::function<void(const Points&)>> updates = {
+      [&](const Points& p) { mesh.update(p); },
+      [&](const Points& p) { mesh.update(p.data(), p.size()); },
+      [&](const Points& p) { mesh.update(columnsOf(p)); },
+      [&](const Points& p) { mesh.update(Any(columnsOf(p))); },
+      [&](const Points& p) { mesh.update(AnyRowMajor(columnsOf(p))); },
+      [&](const Points& p) { mesh.update(Rows(columnsOf(p).transpose())); },
+      [&](const Points& p) { mesh.update(RowMajor(columnsOf(p).transpose())); },
+      [&](const Points& p) { mesh.update(Any(columnsOf(p).transpose())); },
+      [&](const Points& p) { mesh.update(AnyRowMajor(columnsOf(p).transpose())); },
+      [&](const Points& p) { mesh.update(columnsOf(p).transpose()); },
+      [&](const Points& p) { mesh.update(columnsOf(p) * 1.); },
+      [&](const Points& p) { mesh.update(columnsOf(p)); },
+      [&](const Points& p) { mesh.update(Eigen::Map<const Columns>(p[0].data(), 3, n)); },
+      [&](const Points& p) { mesh.update(Eigen::Map<const RowMajor>(p[0].data(), n, 3)); },
+      [&](const Points& p) {  // with a fourth number behind each vertex
+        Any padded = Any::Constant(4, n, -77.);
         padded.topRows(3) = columnsOf(p);
         mesh.update(padded.template topRows<3>());
-        mesh.update(Eigen::Map<const Columns<S>, 0, Eigen::OuterStride<4>>(padded.data(), 3, n));
+        mesh.update(Eigen::Map<const Columns, 0, Eigen::OuterStride<4>>(padded.data(), 3, n));
       },
-      [&](const Points<S>& p) {  // the middle of larger matrices
-        Any large = Any::Constant(n + 5, 7, S(-77));
+      [&](const Points& p) {  // the middle of larger matrices
+        Any large = Any::Constant(n + 5, 7, -77.);
         large.block(2, 3, n, 3) = columnsOf(p).transpose();
         mesh.update(large.block(2, 3, n, 3));
         mesh.update(large.template block<Eigen::Dynamic, 3>(2, 3, n, 3));
         const AnyRowMajor other = large;
         mesh.update(other.block(2, 3, n, 3));
       },
-      [&](const Points<S>& p) {  // every second number of every second column
-        Any sparse = Any::Constant(6, 2 * n, S(-77));
+      [&](const Points& p) {  // every second number of every second column
+        Any sparse = Any::Constant(6, 2 * n, -77.);
         for (Eigen::Index v = 0; v < n; ++v)
           for (int k = 0; k < 3; ++k) sparse(2 * k, 2 * v) = p[std::size_t(v)][k];
         using Strides = Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>;
-        mesh.update(Eigen::Map<const Columns<S>, 0, Strides>(sparse.data(), 3, n, Strides(12, 2)));
+        mesh.update(Eigen::Map<const Columns, 0, Strides>(sparse.data(), 3, n, Strides(12, 2)));
       },
   };
   for (std::size_t i = 0; i < updates.size(); ++i) {
     SCOPED_TRACE(i);
-    const Points<S> next = this->moved(this->sheet_.vertices, S(0.2));
+    const Points next = this->moved(this->sheet_.vertices, 0.2);
     updates[i](next);
     ASSERT_NO_FATAL_FAILURE(this->expectSound(mesh, next));
   }
@@ -316,15 +299,15 @@ TYPED_TEST(Deformable, UpdatesFromVectorsPointersMatricesAndMaps) {
 }
 
 /// Refused, with a sentence, and without a trace.
-TYPED_TEST(Deformable, RefusesBadUpdatesAndKeepsItsPositions) {
-  using S = TypeParam;
-  DeformableMesh<S> mesh(this->sheet_);
-  const Points<S> before = this->moved(this->sheet_.vertices), now = this->moved(before);
+TEST_F(Deformable, RefusesBadUpdatesAndKeepsItsPositions) {
+  DeformableMesh mesh(this->sheet_);
+  const Points before = this->moved(this->sheet_.vertices), now = this->moved(before);
   mesh.update(before);
   mesh.updateTwoFrames(now);
   const std::size_t n = now.size();
-  const S nan = std::numeric_limits<S>::quiet_NaN(), inf = std::numeric_limits<S>::infinity();
-  const S large = std::is_same<S, float>::value ? S(1e30) : S(1e200);
+  const double nan = std::numeric_limits<double>::quiet_NaN(),
+               inf = std::numeric_limits<double>::infinity();
+  const double large = 1e200;
   const auto expectRefused = [&](const std::function<void()>& call, const std::string& part = "") {
     const std::string what = refusal(call);
     EXPECT_NE("", what);
@@ -332,28 +315,28 @@ TYPED_TEST(Deformable, RefusesBadUpdatesAndKeepsItsPositions) {
     EXPECT_EQ(before, mesh.previousVertices());
     ASSERT_NO_FATAL_FAILURE(this->expectSound(mesh, now));
   };
-  const Points<S> next = this->moved(now);
-  Points<S> fewer(next.begin(), next.begin() + 3), more = next;
+  const Points next = this->moved(now);
+  Points fewer(next.begin(), next.begin() + 3), more = next;
   more.push_back(next[0]);
-  for (const Points<S>* wrong : {&fewer, &more}) {
+  for (const Points* wrong : {&fewer, &more}) {
     const std::string count = std::to_string(wrong->size()) + " positions";
     expectRefused([&] { mesh.update(*wrong); }, count);
     expectRefused([&] { mesh.updateTwoFrames(*wrong); }, count);
     if (wrong == &more) {
       expectRefused([&] { mesh.update(columnsOf(*wrong)); }, count);
-      expectRefused([&] { mesh.update(Rows<S>(columnsOf(*wrong).transpose())); }, count);
+      expectRefused([&] { mesh.update(Rows(columnsOf(*wrong).transpose())); }, count);
     }
   }
-  expectRefused([&] { mesh.update(Points<S>()); });
-  for (const S bad : {nan, inf, -inf, large, -large})
+  expectRefused([&] { mesh.update(Points()); });
+  for (const double bad : {nan, inf, -inf, large, -large})
     for (int k = 0; k < 3; ++k) {
-      Points<S> broken = next;
+      Points broken = next;
       broken[7][k] = bad;
       const std::string name = std::string(1, "xyz"[k]) + " of vertex 7";
       expectRefused([&] { mesh.update(broken); }, name);
       expectRefused([&] { mesh.updateTwoFrames(broken); }, name);
       expectRefused([&] { mesh.update(columnsOf(broken)); }, name);
-      expectRefused([&] { mesh.update(Rows<S>(columnsOf(broken).transpose())); }, name);
+      expectRefused([&] { mesh.update(Rows(columnsOf(broken).transpose())); }, name);
       expectRefused([&] { mesh.update(std::vector<unsigned>{3, 7}, {next[3], broken[7]}); }, name);
     }
   expectRefused([&] { mesh.update(std::vector<unsigned>{0, unsigned(n)}, {next[0], next[1]}); });
@@ -361,43 +344,42 @@ TYPED_TEST(Deformable, RefusesBadUpdatesAndKeepsItsPositions) {
   expectRefused([&] { mesh.update(std::vector<long>{0, 1l << 33}, {next[0], next[1]}); });
   expectRefused([&] { mesh.update(std::vector<unsigned>{0, 1}, {next[0]}); }, "2 indices");
   expectRefused([&] { mesh.update(std::vector<unsigned>{0}, {next[0], next[1]}); });
-  using Any = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic>;
+  using Any = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic>;
   expectRefused([&] { mesh.update(Any(4, Eigen::Index(n)).setZero().eval()); },
                 "4 x " + std::to_string(n));
   expectRefused([&] { mesh.update(Any(0, 0)); });
-  expectRefused([&] { mesh.update(Eigen::Matrix<S, 3, 3>(Eigen::Matrix<S, 3, 3>::Zero())); });
+  expectRefused(
+      [&] { mesh.update(Eigen::Matrix<double, 3, 3>(Eigen::Matrix<double, 3, 3>::Zero())); });
 }
 
 /// Three vertices: only the type of a matrix states whether rows or columns are the vertices.
-TYPED_TEST(Deformable, OfThreeVerticesTheTypeTellsRowsFromColumns) {
-  using S = TypeParam;
-  using Any = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic>;
-  const Points<S> start = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-  DeformableMesh<S> mesh(start, {{0, 1, 2}});
+TEST_F(Deformable, OfThreeVerticesTheTypeTellsRowsFromColumns) {
+  using Any = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic>;
+  const Points start = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  DeformableMesh mesh(start, {{0, 1, 2}});
   Any square(3, 3);
   square << 1, 2, 3, 4, 5, 6, 7, 8, 10;
   EXPECT_TRUE(contains(refusal([&] { mesh.update(square); }), "3 x 3"));
-  EXPECT_TRUE(contains(refusal([&] { mesh.update(fcl::Matrix3<S>(square)); }), "3 x 3"));
+  EXPECT_TRUE(contains(refusal([&] { mesh.update(fcl::Matrix3d(square)); }), "3 x 3"));
   EXPECT_EQ(start, mesh.vertices());
-  mesh.update(Columns<S>(square));
-  EXPECT_EQ(Vector3<S>(2, 5, 8), mesh.vertices()[1]);
-  mesh.update(Rows<S>(square));
-  EXPECT_EQ(Vector3<S>(4, 5, 6), mesh.vertices()[1]);
-  mesh.update(RowMajor<S>(square));
-  EXPECT_EQ(Vector3<S>(7, 8, 10), mesh.vertices()[2]);
+  mesh.update(Columns(square));
+  EXPECT_EQ(fcl::Vector3d(2, 5, 8), mesh.vertices()[1]);
+  mesh.update(Rows(square));
+  EXPECT_EQ(fcl::Vector3d(4, 5, 6), mesh.vertices()[1]);
+  mesh.update(RowMajor(square));
+  EXPECT_EQ(fcl::Vector3d(7, 8, 10), mesh.vertices()[2]);
 }
 
 /// A mesh of which some vertices are updated, beside one that is given all.
-TYPED_TEST(Deformable, AnUpdateOfSomeVerticesIsThatOfAll) {
-  using S = TypeParam;
-  const TriangleMesh<S> start = dome<S>(9, 5);
-  DeformableMesh<S> some(start), all(start);
-  Points<S> now = start.vertices;
+TEST_F(Deformable, AnUpdateOfSomeVerticesIsThatOfAll) {
+  const TriangleMesh start = dome(9, 5);
+  DeformableMesh some(start), all(start);
+  Points now = start.vertices;
   for (int step = 0; step < 60; ++step) {
     std::vector<unsigned> indices;
-    Points<S> positions;
+    Points positions;
     const int count = step % 10 == 9 ? 3 * int(now.size()) : this->random_.below(6);
-    const S size = this->random_.oneIn(4) ? S(1) : S(0.02);
+    const double size = this->random_.oneIn(4) ? 1. : 0.02;
     for (int i = 0; i < count; ++i) {
       indices.push_back(unsigned(this->random_.below(int(now.size()))));  // now and then twice
       positions.push_back(now[indices.back()] + size * this->random_.point());
@@ -425,18 +407,17 @@ TYPED_TEST(Deformable, AnUpdateOfSomeVerticesIsThatOfAll) {
   }
 }
 
-TYPED_TEST(Deformable, TwoFramesAreKeptUntilTheNextUpdate) {
-  using S = TypeParam;
-  DeformableMesh<S> mesh(this->sheet_);
-  Points<S> now = this->sheet_.vertices;
+TEST_F(Deformable, TwoFramesAreKeptUntilTheNextUpdate) {
+  DeformableMesh mesh(this->sheet_);
+  Points now = this->sheet_.vertices;
   for (int frame = 0; frame < 5; ++frame) {
-    const Points<S> last = now;
+    const Points last = now;
     now = this->moved(now);
     mesh.updateTwoFrames(now);
     EXPECT_EQ(last, mesh.previousVertices());
     ASSERT_NO_FATAL_FAILURE(this->expectSound(mesh, now));
   }
-  now[4] += Vector3<S>(0, 0, 1);
+  now[4] += fcl::Vector3d(0, 0, 1);
   mesh.update(std::vector<int>{4}, {now[4]});
   EXPECT_TRUE(mesh.previousVertices().empty());
   ASSERT_NO_FATAL_FAILURE(this->expectSound(mesh, now, false));
@@ -448,10 +429,9 @@ TYPED_TEST(Deformable, TwoFramesAreKeptUntilTheNextUpdate) {
 }
 
 /// The positions of a call may be the mesh's own: they count as they were.
-TYPED_TEST(Deformable, TakesItsOwnPositions) {
-  using S = TypeParam;
-  DeformableMesh<S> mesh(this->sheet_);
-  const Points<S> first = this->sheet_.vertices, second = this->moved(first);
+TEST_F(Deformable, TakesItsOwnPositions) {
+  DeformableMesh mesh(this->sheet_);
+  const Points first = this->sheet_.vertices, second = this->moved(first);
   mesh.update(mesh.vertices());
   ASSERT_NO_FATAL_FAILURE(this->expectSound(mesh, first));
   mesh.updateTwoFrames(mesh.vertices());
@@ -464,25 +444,24 @@ TYPED_TEST(Deformable, TakesItsOwnPositions) {
   mesh.update(mesh.previousVertices());
   ASSERT_NO_FATAL_FAILURE(this->expectSound(mesh, second));
   const std::vector<unsigned> indices = {1, 2, 0, 3};
-  mesh.update(indices, Points<S>(second.begin(), second.begin() + 4));
+  mesh.update(indices, Points(second.begin(), second.begin() + 4));
   mesh.update(indices.data(), mesh.vertices().data(), indices.size());
-  Points<S> expected = second;
+  Points expected = second;
   for (std::size_t i = 0; i < 4; ++i) expected[indices[i]] = second[i];
-  const Points<S> once = expected;
+  const Points once = expected;
   for (std::size_t i = 0; i < 4; ++i) expected[indices[i]] = once[i];
   ASSERT_NO_FATAL_FAILURE(this->expectSound(mesh, expected, false));
   mesh.updateTwoFrames(second);
   mesh.update(indices.data(), mesh.previousVertices().data() + 5, indices.size());
-  Points<S> from_previous = second;
+  Points from_previous = second;
   for (std::size_t i = 0; i < 4; ++i) from_previous[indices[i]] = expected[5 + i];
   ASSERT_NO_FATAL_FAILURE(this->expectSound(mesh, from_previous, false));
 }
 
-TYPED_TEST(Deformable, ReportsWhatAnUpdateDid) {
-  using S = TypeParam;
-  DeformableMesh<S> mesh(this->sheet_);
-  Points<S> next = this->sheet_.vertices;
-  for (Vector3<S>& p : next) p[2] += S(0.25);
+TEST_F(Deformable, ReportsWhatAnUpdateDid) {
+  DeformableMesh mesh(this->sheet_);
+  Points next = this->sheet_.vertices;
+  for (fcl::Vector3d& p : next) p[2] += 0.25;
   const auto& report = mesh.update(next);
   EXPECT_EQ(&report, &mesh.lastUpdate());
   EXPECT_EQ(next.size(), report.vertices);
@@ -491,24 +470,23 @@ TYPED_TEST(Deformable, ReportsWhatAnUpdateDid) {
   EXPECT_GT(report.seconds, 0);
   mesh.update(next);
   EXPECT_EQ(0, mesh.lastUpdate().largest_displacement);
-  EXPECT_THROW(mesh.setUpdateThreads(0), std::invalid_argument);
-  EXPECT_THROW(mesh.setQueryThreads(-1), std::invalid_argument);
+  EXPECT_THROW(mesh.setThreads(0), std::invalid_argument);
+  EXPECT_THROW(mesh.setThreads(-1), std::invalid_argument);
 }
 
 // ---- copies -------------------------------------------------------------------------------------
 
-static_assert(std::is_copy_constructible<DeformableMesh<double>>::value &&
-                  std::is_copy_assignable<DeformableMesh<double>>::value,
+static_assert(std::is_copy_constructible<DeformableMesh>::value &&
+                  std::is_copy_assignable<DeformableMesh>::value,
               "copies are snapshots");
-static_assert(std::is_nothrow_move_constructible<DeformableMesh<float>>::value &&
-                  std::is_nothrow_move_assignable<DeformableMesh<float>>::value,
+static_assert(std::is_nothrow_move_constructible<DeformableMesh>::value &&
+                  std::is_nothrow_move_assignable<DeformableMesh>::value,
               "containers may move meshes");
 
-TYPED_TEST(Deformable, ACopyIsASnapshot) {
-  using S = TypeParam;
-  using Mesh = typename TestFixture::Mesh;
+TEST_F(Deformable, ACopyIsASnapshot) {
+  using Mesh = Mesh;
   Mesh mesh(this->sheet_);
-  const Points<S> first = this->moved(this->sheet_.vertices), second = this->moved(first);
+  const Points first = this->moved(this->sheet_.vertices), second = this->moved(first);
   mesh.updateTwoFrames(first);
   Mesh copy(mesh);
   EXPECT_EQ(&mesh.triangles(), &copy.triangles()) << "the topology is shared";
@@ -521,10 +499,10 @@ TYPED_TEST(Deformable, ACopyIsASnapshot) {
   ASSERT_NO_FATAL_FAILURE(this->expectSound(mesh, second));
   ASSERT_NO_FATAL_FAILURE(this->expectSound(copy, this->sheet_.vertices));
 
-  const Vector3<S>* const memory = copy.vertices().data();
+  const fcl::Vector3d* const memory = copy.vertices().data();
   copy = mesh;
   EXPECT_EQ(memory, copy.vertices().data()) << "in the memory that was there";
-  copy.update(std::vector<int>{2}, {Vector3<S>(1, 2, 3)});
+  copy.update(std::vector<int>{2}, {fcl::Vector3d(1, 2, 3)});
   ASSERT_NO_FATAL_FAILURE(this->expectSound(mesh, second));
   const Mesh& same = copy;
   copy = same;  // itself
@@ -532,22 +510,21 @@ TYPED_TEST(Deformable, ACopyIsASnapshot) {
 
   // Assigned from another mesh; the original may be gone.
   {
-    const Mesh other(dome<S>(8, 4));
+    const Mesh other(dome(8, 4));
     copy = other;
   }
-  ASSERT_NO_FATAL_FAILURE(this->expectSound(copy, dome<S>(8, 4).vertices));
-  const Points<S> third = this->moved(copy.vertices());
+  ASSERT_NO_FATAL_FAILURE(this->expectSound(copy, dome(8, 4).vertices));
+  const Points third = this->moved(copy.vertices());
   copy.update(third);
   ASSERT_NO_FATAL_FAILURE(this->expectSound(copy, third));
 }
 
-TYPED_TEST(Deformable, AMoveTakesEverythingAlong) {
-  using S = TypeParam;
-  using Mesh = typename TestFixture::Mesh;
+TEST_F(Deformable, AMoveTakesEverythingAlong) {
+  using Mesh = Mesh;
   Mesh mesh(this->sheet_);
-  const Points<S> first = this->moved(this->sheet_.vertices), second = this->moved(first);
+  const Points first = this->moved(this->sheet_.vertices), second = this->moved(first);
   mesh.update(first);
-  const Vector3<S>* const memory = mesh.vertices().data();
+  const fcl::Vector3d* const memory = mesh.vertices().data();
   Mesh to(std::move(mesh));
   EXPECT_EQ(memory, to.vertices().data());
   ASSERT_NO_FATAL_FAILURE(this->expectSound(to, first));
@@ -558,27 +535,27 @@ TYPED_TEST(Deformable, AMoveTakesEverythingAlong) {
   mesh.update(second);
   ASSERT_NO_FATAL_FAILURE(this->expectSound(mesh, second));
   std::vector<Mesh> meshes;
-  for (int i = 1; i < 6; ++i) meshes.emplace_back(plate<S>(i, i));
+  for (int i = 1; i < 6; ++i) meshes.emplace_back(plate(i, i));
   meshes.erase(meshes.begin());
   for (int i = 2; i < 6; ++i)
-    ASSERT_NO_FATAL_FAILURE(this->expectSound(meshes[std::size_t(i - 2)], plate<S>(i, i).vertices));
+    ASSERT_NO_FATAL_FAILURE(this->expectSound(meshes[std::size_t(i - 2)], plate(i, i).vertices));
 }
 
 // ---- motions and sizes --------------------------------------------------------------------------
 
 /// The boxes turn with the body, by several full turns, slow and fast.
-TYPED_TEST(Deformable, StaysExactWhileItTumbles) {
-  using S = TypeParam;
-  for (const S step : {S(0.07), S(1.3), S(3.1)}) {
-    const TriangleMesh<S> start = tube<S>(6, 9);
-    DeformableMesh<S> mesh(start);
-    const Vector3<S> axis = this->random_.direction();
+TEST_F(Deformable, StaysExactWhileItTumbles) {
+  for (const double step : {0.07, 1.3, 3.1}) {
+    const TriangleMesh start = tube(6, 9);
+    DeformableMesh mesh(start);
+    const fcl::Vector3d axis = this->random_.direction();
     int turns = 0;
-    const int frames = step < S(0.1) ? 280 : 60;
+    const int frames = step < 0.1 ? 280 : 60;
     for (int frame = 1; frame <= frames; ++frame) {
-      const fcl::Matrix3<S> R = Eigen::AngleAxis<S>(step * S(frame), axis).toRotationMatrix();
-      Points<S> next = this->moved(start.vertices, S(0.003));
-      for (Vector3<S>& p : next) p = R * p;
+      const fcl::Matrix3d R =
+          Eigen::AngleAxis<double>(step * double(frame), axis).toRotationMatrix();
+      Points next = this->moved(start.vertices, 0.003);
+      for (fcl::Vector3d& p : next) p = R * p;
       if (frame % 5 == 0) {
         std::vector<unsigned> all(next.size());
         for (unsigned v = 0; v < all.size(); ++v) all[v] = v;
@@ -596,29 +573,26 @@ TYPED_TEST(Deformable, StaysExactWhileItTumbles) {
 }
 
 /// Two meshes of any size, at any place in their frames.
-TYPED_TEST(Deformable, IsExactAtAnySizeAndPlace) {
-  using S = TypeParam;
-  const bool is_float = std::is_same<S, float>::value;
-  const std::vector<double> sizes = is_float ? std::vector<double>{1e-16, 1e-6, 1, 1e4, 1e7}
-                                             : std::vector<double>{1e-90, 1e-20, 1, 1e20, 1e70};
+TEST_F(Deformable, IsExactAtAnySizeAndPlace) {
+  const std::vector<double> sizes = std::vector<double>{1e-90, 1e-20, 1, 1e20, 1e70};
   for (const double size : sizes)
     for (const double place : {0., 1., 1e3}) {
-      const Vector3<S> offset = Vector3<S>(1, S(-0.7), S(0.3)) * S(size * (size < 1e6 ? place : 0));
-      TriangleMesh<S> first = dome<S>(8, 5), second = tube<S>(5, 6);
-      for (Vector3<S>& p : first.vertices) p = p * S(size) + offset;
-      for (Vector3<S>& p : second.vertices)
-        p = (p * S(0.4) + Vector3<S>(S(0.2), S(0.3), S(0.9))) * S(size) + offset;
-      DeformableMesh<S> a(first);
-      const DeformableMesh<S> b(second);
+      const fcl::Vector3d offset =
+          fcl::Vector3d(1, -0.7, 0.3) * double(size * (size < 1e6 ? place : 0));
+      TriangleMesh first = dome(8, 5), second = tube(5, 6);
+      for (fcl::Vector3d& p : first.vertices) p = p * double(size) + offset;
+      for (fcl::Vector3d& p : second.vertices)
+        p = (p * 0.4 + fcl::Vector3d(0.2, 0.3, 0.9)) * double(size) + offset;
+      DeformableMesh a(first);
+      const DeformableMesh b(second);
       for (int frame = 0; frame < 4; ++frame) {
-        a.update(this->moved(first.vertices, S(0.05 * size)));
+        a.update(this->moved(first.vertices, double(0.05 * size)));
         std::string reason;
         ASSERT_TRUE(a.validate(&reason)) << size << ": " << reason;
-        fcl::DistanceResult<S> result;
-        adaptive_bvh::distance<S>(&a, this->still_, &b, this->still_, fcl::DistanceRequest<S>(),
-                                  result);
-        const S expected = BruteForce<S>(a, this->still_, b, this->still_).distance();
-        ASSERT_NEAR(expected / S(size), result.min_distance / S(size), this->tolerance())
+        fcl::DistanceResultd result;
+        adaptive_bvh::distance(&a, this->still_, &b, this->still_, fcl::DistanceRequestd(), result);
+        const double expected = BruteForce(a, this->still_, b, this->still_).distance();
+        ASSERT_NEAR(expected / double(size), result.min_distance / double(size), this->tolerance())
             << size << ' ' << place;
         ASSERT_GT(result.min_distance, 0);
       }
@@ -626,23 +600,20 @@ TYPED_TEST(Deformable, IsExactAtAnySizeAndPlace) {
 }
 
 /// So far away that single precision cannot distinguish boxes, or cannot represent their distance.
-TYPED_TEST(Deformable, HasADistanceFromBodiesFarAway) {
-  using S = TypeParam;
-  const bool is_float = std::is_same<S, float>::value;
+TEST_F(Deformable, HasADistanceFromBodiesFarAway) {
   for (int round = 0; round < 60; ++round) {
-    const S way = S(std::pow(10., (is_float ? 0.45 : 1.25) * round));
-    const DeformableMesh<S> mesh(soup<S>(1 + round % 9, this->random_.engine()));
-    adaptive_bvh::CoherentDistance<S> pair(mesh, this->tool_);
-    fcl::Transform3<S> tf = randomPose<S>(this->random_.engine(), 1);
+    const double way = double(std::pow(10., (1.25) * round));
+    const DeformableMesh mesh(soup(1 + round % 9, this->random_.engine()));
+    adaptive_bvh::CoherentDistance pair(mesh, this->tool_);
+    fcl::Transform3d tf = randomPose(this->random_.engine(), 1);
     tf.translation()[0] = way;
-    fcl::DistanceResult<S> result, kept;
-    adaptive_bvh::distance<S>(&mesh, this->still_, &this->tool_, tf, fcl::DistanceRequest<S>(),
-                              result);
-    pair.distance(this->still_, tf, fcl::DistanceRequest<S>(), kept);
-    fcl::CollisionResult<S> none;
+    fcl::DistanceResultd result, kept;
+    adaptive_bvh::distance(&mesh, this->still_, &this->tool_, tf, fcl::DistanceRequestd(), result);
+    pair.distance(this->still_, tf, fcl::DistanceRequestd(), kept);
+    fcl::CollisionResultd none;
     if (way > 100) {
-      EXPECT_EQ(0u, adaptive_bvh::collide<S>(&mesh, this->still_, &this->tool_, tf,
-                                             fcl::CollisionRequest<S>(), none));
+      EXPECT_EQ(0u, adaptive_bvh::collide(&mesh, this->still_, &this->tool_, tf,
+                                          fcl::CollisionRequestd(), none));
       ASSERT_NEAR(1, result.min_distance / way, 0.1) << way;
       ASSERT_NEAR(1, kept.min_distance / way, 0.1) << way;
     }
@@ -650,18 +621,18 @@ TYPED_TEST(Deformable, HasADistanceFromBodiesFarAway) {
 }
 
 /// From far away into place, and back, by updates of all, of some, and of two frames.
-TYPED_TEST(Deformable, ForgetsWhereItCameFrom) {
-  using S = TypeParam;
-  DeformableMesh<S> mesh(this->sheet_);
-  adaptive_bvh::CoherentDistance<S> pair(mesh, this->tool_);
-  const Points<S>& here = this->sheet_.vertices;
+TEST_F(Deformable, ForgetsWhereItCameFrom) {
+  DeformableMesh mesh(this->sheet_);
+  adaptive_bvh::CoherentDistance pair(mesh, this->tool_);
+  const Points& here = this->sheet_.vertices;
   for (int round = 0; round < 24; ++round) {
-    const S way = S(std::pow(10., round % 8));
-    Points<S> there = here;
-    for (Vector3<S>& p : there) p = p * (round % 3 == 0 ? way : S(1)) + Vector3<S>(way, -way, way);
+    const double way = double(std::pow(10., round % 8));
+    Points there = here;
+    for (fcl::Vector3d& p : there)
+      p = p * (round % 3 == 0 ? way : 1.) + fcl::Vector3d(way, -way, way);
     mesh.update(there);
-    fcl::DistanceResult<S> far;
-    if (round % 2) pair.distance(this->still_, this->beside_, fcl::DistanceRequest<S>(), far);
+    fcl::DistanceResultd far;
+    if (round % 2) pair.distance(this->still_, this->beside_, fcl::DistanceRequestd(), far);
     if (round % 3 == 1) {
       std::vector<unsigned> all(here.size());
       for (unsigned v = 0; v < all.size(); ++v) all[v] = v;
@@ -670,58 +641,56 @@ TYPED_TEST(Deformable, ForgetsWhereItCameFrom) {
       round % 3 ? mesh.updateTwoFrames(here) : mesh.update(here);
     }
     ASSERT_NO_FATAL_FAILURE(this->expectSound(mesh, here, round % 3 != 1));
-    fcl::DistanceResult<S> kept;
-    pair.distance(this->still_, this->beside_, fcl::DistanceRequest<S>(), kept);
-    ASSERT_NEAR(BruteForce<S>(mesh, this->still_, this->tool_, this->beside_).distance(),
+    fcl::DistanceResultd kept;
+    pair.distance(this->still_, this->beside_, fcl::DistanceRequestd(), kept);
+    ASSERT_NEAR(BruteForce(mesh, this->still_, this->tool_, this->beside_).distance(),
                 kept.min_distance, this->tolerance());
   }
 }
 
-/// In single precision distances after a two-frame update from far away were up to 13 % too large.
-TEST(DeformableTwoFrames, FromFarAwayDistancesAreExactInSinglePrecision) {
-  using Mesh = DeformableMesh<float>;
-  RandomGeometry<float> random(38);
-  const fcl::Transform3f still = fcl::Transform3f::Identity();
+/// Distances after a two-frame update from far away do not keep the rounding of there.
+TEST(DeformableTwoFrames, FromFarAwayDistancesAreExact) {
+  using Mesh = DeformableMesh;
+  RandomGeometry random(38);
+  const fcl::Transform3d still = fcl::Transform3d::Identity();
   for (int round = 0; round < 200; ++round) {
-    Points<float> near, far;
+    Points near, far;
     std::vector<fcl::Triangle> triangles;
     for (std::size_t t = 0; t < 4; ++t) {
       for (int k = 0; k < 3; ++k) {
         near.push_back(random.point());
-        far.push_back(random.point() + Vector3<float>(-706974, 643157, 9694));
+        far.push_back(random.point() + fcl::Vector3d(-706974, 643157, 9694));
       }
       triangles.emplace_back(3 * t, 3 * t + 1, 3 * t + 2);
     }
-    Points<float> other;
-    for (int k = 0; k < 3; ++k)
-      other.push_back(random.point() + Vector3<float>(13.7f, -15.1f, -1.5f));
+    Points other;
+    for (int k = 0; k < 3; ++k) other.push_back(random.point() + fcl::Vector3d(13.7, -15.1, -1.5));
     Mesh mesh(near, triangles);
     const Mesh tool(other, {{0, 1, 2}});
-    adaptive_bvh::CoherentDistance<float> kept(mesh, tool);
-    fcl::DistanceResultf before, by_kept, by_fresh, by_distance;
-    kept.distance(still, still, fcl::DistanceRequestf(), before);
+    adaptive_bvh::CoherentDistance kept(mesh, tool);
+    fcl::DistanceResultd before, by_kept, by_fresh, by_distance;
+    kept.distance(still, still, fcl::DistanceRequestd(), before);
     mesh.update(far);
-    fcl::DistanceResultf away;
-    if (round % 2) kept.distance(still, still, fcl::DistanceRequestf(), away);
+    fcl::DistanceResultd away;
+    if (round % 2) kept.distance(still, still, fcl::DistanceRequestd(), away);
     mesh.updateTwoFrames(near);
     EXPECT_EQ(far, mesh.previousVertices());
-    kept.distance(still, still, fcl::DistanceRequestf(), by_kept);
-    adaptive_bvh::CoherentDistance<float> fresh(mesh, tool);
-    fresh.distance(still, still, fcl::DistanceRequestf(), by_fresh);
-    adaptive_bvh::distance<float>(&mesh, still, &tool, still, fcl::DistanceRequestf(), by_distance);
-    const float expected = BruteForce<float>(mesh, still, tool, still).distance();
+    kept.distance(still, still, fcl::DistanceRequestd(), by_kept);
+    adaptive_bvh::CoherentDistance fresh(mesh, tool);
+    fresh.distance(still, still, fcl::DistanceRequestd(), by_fresh);
+    adaptive_bvh::distance(&mesh, still, &tool, still, fcl::DistanceRequestd(), by_distance);
+    const double expected = BruteForce(mesh, still, tool, still).distance();
     for (const auto* result : {&before, &by_kept, &by_fresh, &by_distance})
-      ASSERT_FLOAT_EQ(expected, result->min_distance);
+      ASSERT_DOUBLE_EQ(expected, result->min_distance);
   }
 }
 
 // ---- validate -----------------------------------------------------------------------------------
 
-TYPED_TEST(Deformable, ValidateFindsWhatIsWrong) {
-  using S = TypeParam;
+TEST_F(Deformable, ValidateFindsWhatIsWrong) {
   using State = adaptive_bvh::MeshState;
-  DeformableMesh<S> mesh(this->sheet_);
-  auto& state = const_cast<State&>(adaptive_bvh::detail::MeshAccess<S>::state(std::as_const(mesh)));
+  DeformableMesh mesh(this->sheet_);
+  auto& state = const_cast<State&>(adaptive_bvh::detail::MeshAccess::state(std::as_const(mesh)));
   std::string reason;
   ASSERT_TRUE(mesh.validate(&reason)) << reason;
   const fcl::Vector3d kept = state.vertices[11];
@@ -749,33 +718,32 @@ TYPED_TEST(Deformable, ValidateFindsWhatIsWrong) {
 // ---- beside FCL ---------------------------------------------------------------------------------
 
 /// FCL's own functions say on std::cerr that they do not support it.
-TYPED_TEST(Deformable, FclSaysThatItDoesNotSupportIt) {
-  using S = TypeParam;
-  const DeformableMesh<S> mesh(this->sheet_);
+TEST_F(Deformable, FclSaysThatItDoesNotSupportIt) {
+  const DeformableMesh mesh(this->sheet_);
   EXPECT_EQ(fcl::BV_UNKNOWN, mesh.getNodeType());
   EXPECT_EQ(fcl::OT_UNKNOWN, mesh.getObjectType());
-  const fcl::Sphere<S> sphere(1);
-  AdaptiveBVHModel<fcl::RSS<S>> model;
+  const fcl::Sphered sphere(1);
+  AdaptiveBVHModel<fcl::RSSd> model;
   fillModel(this->sheet_, model);
-  const fcl::CollisionGeometry<S>* const others[] = {&mesh, &sphere, &model};
-  for (const fcl::CollisionGeometry<S>* other : others)
+  const fcl::CollisionGeometryd* const others[] = {&mesh, &sphere, &model};
+  for (const fcl::CollisionGeometryd* other : others)
     for (const bool is_first : {true, false}) {
-      const fcl::CollisionGeometry<S>*a = &mesh, *b = other;
+      const fcl::CollisionGeometryd *a = &mesh, *b = other;
       if (!is_first) std::swap(a, b);
       std::ostringstream said;
       std::streambuf* const saved = std::cerr.rdbuf(said.rdbuf());
-      fcl::DistanceResult<S> distance;
-      const S found =
-          fcl::distance(a, this->still_, b, this->still_, fcl::DistanceRequest<S>(), distance);
+      fcl::DistanceResultd distance;
+      const double found =
+          fcl::distance(a, this->still_, b, this->still_, fcl::DistanceRequestd(), distance);
       const std::string about_distance = said.str();
       said.str("");
-      fcl::CollisionResult<S> contacts;
+      fcl::CollisionResultd contacts;
       const std::size_t touching =
-          fcl::collide(a, this->still_, b, this->still_, fcl::CollisionRequest<S>(), contacts);
+          fcl::collide(a, this->still_, b, this->still_, fcl::CollisionRequestd(), contacts);
       std::cerr.rdbuf(saved);
       EXPECT_TRUE(contains(about_distance, "not supported"));
       EXPECT_TRUE(contains(said.str(), "not supported"));
-      EXPECT_TRUE(found == std::numeric_limits<S>::max() || found == -1) << found;
+      EXPECT_TRUE(found == std::numeric_limits<double>::max() || found == -1) << found;
       EXPECT_EQ(0u, touching);
       EXPECT_EQ(0u, contacts.numContacts());
     }
@@ -783,49 +751,48 @@ TYPED_TEST(Deformable, FclSaysThatItDoesNotSupportIt) {
 
 /// As a geometry of collision objects, beside models, in either order; the objects of a result are
 /// as they were passed.
-TYPED_TEST(Deformable, MeetsModelsThatHaveAMesh) {
-  using S = TypeParam;
-  const auto mesh = std::make_shared<DeformableMesh<S>>(this->sheet_);
-  AdaptiveBVHModel<fcl::OBBRSS<S>> both;
-  const auto model = std::make_shared<AdaptiveBVHModel<fcl::RSS<S>>>();
-  const TriangleMesh<S> hose = tube<S>(5, 6);
+TEST_F(Deformable, MeetsModelsThatHaveAMesh) {
+  const auto mesh = std::make_shared<DeformableMesh>(this->sheet_);
+  AdaptiveBVHModel<fcl::OBBRSSd> both;
+  const auto model = std::make_shared<AdaptiveBVHModel<fcl::RSSd>>();
+  const TriangleMesh hose = tube(5, 6);
   fillModel(hose, *model);
   fillModel(hose, both);
-  const fcl::CollisionObject<S> one(mesh, this->beside_);
-  fcl::CollisionObject<S> other(model, this->still_);
-  fcl::DistanceResult<S> refused;
-  fcl::CollisionResult<S> refused_contacts;
+  const fcl::CollisionObjectd one(mesh, this->beside_);
+  fcl::CollisionObjectd other(model, this->still_);
+  fcl::DistanceResultd refused;
+  fcl::CollisionResultd refused_contacts;
   const std::string why =
-      refusal([&] { adaptive_bvh::distance(&one, &other, fcl::DistanceRequest<S>(), refused); });
+      refusal([&] { adaptive_bvh::distance(&one, &other, fcl::DistanceRequestd(), refused); });
   EXPECT_TRUE(contains(why, "mesh()")) << why;
   EXPECT_NE("", refusal([&] {
-              adaptive_bvh::collide(&other, &one, fcl::CollisionRequest<S>(), refused_contacts);
+              adaptive_bvh::collide(&other, &one, fcl::CollisionRequestd(), refused_contacts);
             }));
   model->mesh();
   both.mesh();
   int touching = 0;
   for (int frame = 0; frame < 12; ++frame) {
     mesh->update(this->moved(this->sheet_.vertices));
-    const Points<S> bent = this->moved(hose.vertices, S(0.02));
+    const Points bent = this->moved(hose.vertices, 0.02);
     model->update(bent);
     both.update(bent);
-    fcl::Transform3<S> tf = randomPose<S>(this->random_.engine(), S(0.3));
-    tf.translation() += this->beside_ * Vector3<S>(S(0.5), S(0.5), 0);
+    fcl::Transform3d tf = randomPose(this->random_.engine(), 0.3);
+    tf.translation() += this->beside_ * fcl::Vector3d(0.5, 0.5, 0);
     other.setTransform(tf);
     for (const bool is_first : {true, false}) {
-      const fcl::CollisionObject<S>&a = is_first ? one : other, &b = is_first ? other : one;
-      fcl::DistanceResult<S> distance;
-      adaptive_bvh::distance(&a, &b, fcl::DistanceRequest<S>(true), distance);
-      const BodyView<S> of_mesh(*mesh), of_model(*model);
-      const BruteForce<S> brute(is_first ? of_mesh : of_model, a.getTransform(),
-                                is_first ? of_model : of_mesh, b.getTransform());
+      const fcl::CollisionObjectd &a = is_first ? one : other, &b = is_first ? other : one;
+      fcl::DistanceResultd distance;
+      adaptive_bvh::distance(&a, &b, fcl::DistanceRequestd(true), distance);
+      const BodyView of_mesh(*mesh), of_model(*model);
+      const BruteForce brute(is_first ? of_mesh : of_model, a.getTransform(),
+                             is_first ? of_model : of_mesh, b.getTransform());
       ASSERT_NEAR(brute.distance(), distance.min_distance, this->tolerance());
       ASSERT_EQ("", brute.findError(distance, a.getTransform(), this->tolerance()));
-      fcl::CollisionResult<S> contacts;
-      adaptive_bvh::collide(&a, &b, fcl::CollisionRequest<S>(100000), contacts);
+      fcl::CollisionResultd contacts;
+      adaptive_bvh::collide(&a, &b, fcl::CollisionRequestd(100000), contacts);
       std::set<std::pair<int, int>> pairs;
       for (std::size_t i = 0; i < contacts.numContacts(); ++i) {
-        const fcl::Contact<S>& contact = contacts.getContact(i);
+        const fcl::Contactd& contact = contacts.getContact(i);
         EXPECT_EQ(a.collisionGeometry().get(), contact.o1);
         EXPECT_EQ(b.collisionGeometry().get(), contact.o2);
         pairs.emplace(int(contact.b1), int(contact.b2));
@@ -833,62 +800,61 @@ TYPED_TEST(Deformable, MeetsModelsThatHaveAMesh) {
       EXPECT_EQ(brute.contacts(), pairs);
       touching += !pairs.empty();
     }
-    fcl::DistanceResult<S> with_both;
-    adaptive_bvh::distance<S>(mesh.get(), this->beside_, &both, tf, fcl::DistanceRequest<S>(),
-                              with_both);
-    EXPECT_NEAR(BruteForce<S>(*mesh, this->beside_, both, tf).distance(), with_both.min_distance,
+    fcl::DistanceResultd with_both;
+    adaptive_bvh::distance(mesh.get(), this->beside_, &both, tf, fcl::DistanceRequestd(),
+                           with_both);
+    EXPECT_NEAR(BruteForce(*mesh, this->beside_, both, tf).distance(), with_both.min_distance,
                 this->tolerance());
   }
   EXPECT_GT(touching, 0);
 }
 
-TYPED_TEST(Deformable, IsRefusedWithWhatCannotBeAnswered) {
-  using S = TypeParam;
-  const DeformableMesh<S> mesh(this->sheet_);
-  fcl::BVHModel<fcl::RSS<S>> plain;
-  fcl::BVHModel<fcl::AABB<S>> aligned;
+TEST_F(Deformable, IsRefusedWithWhatCannotBeAnswered) {
+  const DeformableMesh mesh(this->sheet_);
+  fcl::BVHModel<fcl::RSSd> plain;
+  fcl::BVHModel<fcl::AABBd> aligned;
   fillModel(this->sheet_, plain);
   fillModel(this->sheet_, aligned);
-  const AdaptiveBVHModel<fcl::RSS<S>> unbuilt;
-  const fcl::CollisionGeometry<S>* const others[] = {&plain, &aligned, &unbuilt};
-  for (const fcl::CollisionGeometry<S>* other : others)
+  const AdaptiveBVHModel<fcl::RSSd> unbuilt;
+  const fcl::CollisionGeometryd* const others[] = {&plain, &aligned, &unbuilt};
+  for (const fcl::CollisionGeometryd* other : others)
     for (const bool is_first : {true, false}) {
-      const fcl::CollisionGeometry<S>*a = &mesh, *b = other;
+      const fcl::CollisionGeometryd *a = &mesh, *b = other;
       if (!is_first) std::swap(a, b);
-      fcl::DistanceResult<S> distance;
-      fcl::CollisionResult<S> contacts;
-      EXPECT_THROW(adaptive_bvh::distance(a, this->still_, b, this->still_,
-                                          fcl::DistanceRequest<S>(), distance),
+      fcl::DistanceResultd distance;
+      fcl::CollisionResultd contacts;
+      EXPECT_THROW(adaptive_bvh::distance(a, this->still_, b, this->still_, fcl::DistanceRequestd(),
+                                          distance),
                    std::invalid_argument);
-      EXPECT_THROW(adaptive_bvh::collide(a, this->still_, b, this->still_,
-                                         fcl::CollisionRequest<S>(), contacts),
+      EXPECT_THROW(adaptive_bvh::collide(a, this->still_, b, this->still_, fcl::CollisionRequestd(),
+                                         contacts),
                    std::invalid_argument);
     }
 }
 
 /// A result that brings a smaller distance keeps it, as in FCL; a mesh may meet itself elsewhere.
-TYPED_TEST(Deformable, FollowsFclsConventions) {
-  using S = TypeParam;
-  const DeformableMesh<S> mesh(this->sheet_);
-  fcl::DistanceResult<S> smaller(S(0.01)), own;
-  adaptive_bvh::distance<S>(&mesh, this->still_, &this->tool_, this->beside_,
-                            fcl::DistanceRequest<S>(), smaller);
-  EXPECT_EQ(S(0.01), smaller.min_distance);
+TEST_F(Deformable, FollowsFclsConventions) {
+  const DeformableMesh mesh(this->sheet_);
+  fcl::DistanceResultd smaller(0.01), own;
+  adaptive_bvh::distance(&mesh, this->still_, &this->tool_, this->beside_, fcl::DistanceRequestd(),
+                         smaller);
+  EXPECT_EQ(0.01, smaller.min_distance);
   EXPECT_EQ(nullptr, smaller.o1);
-  fcl::Transform3<S> above = this->still_;
-  above.translation()[2] = S(0.5);
-  adaptive_bvh::distance<S>(&mesh, this->still_, &mesh, above, fcl::DistanceRequest<S>(true), own);
-  EXPECT_NEAR(S(0.5), own.min_distance, this->tolerance());
-  EXPECT_EQ("", BruteForce<S>(mesh, this->still_, mesh, above)
-                    .findError(own, this->still_, this->tolerance()));
-  fcl::CollisionResult<S> none;
-  EXPECT_EQ(0u, adaptive_bvh::collide<S>(&mesh, this->still_, &mesh, above,
-                                         fcl::CollisionRequest<S>(), none));
-  fcl::CollisionResult<S> some;
-  EXPECT_EQ(1u, adaptive_bvh::collide<S>(&mesh, this->still_, &mesh, this->still_,
-                                         fcl::CollisionRequest<S>(), some));
-  EXPECT_EQ(0u, adaptive_bvh::collide<S>(&mesh, this->still_, &mesh, this->still_,
-                                         fcl::CollisionRequest<S>(0), none));
+  fcl::Transform3d above = this->still_;
+  above.translation()[2] = 0.5;
+  adaptive_bvh::distance(&mesh, this->still_, &mesh, above, fcl::DistanceRequestd(true), own);
+  EXPECT_NEAR(0.5, own.min_distance, this->tolerance());
+  EXPECT_EQ(
+      "",
+      BruteForce(mesh, this->still_, mesh, above).findError(own, this->still_, this->tolerance()));
+  fcl::CollisionResultd none;
+  EXPECT_EQ(
+      0u, adaptive_bvh::collide(&mesh, this->still_, &mesh, above, fcl::CollisionRequestd(), none));
+  fcl::CollisionResultd some;
+  EXPECT_EQ(1u, adaptive_bvh::collide(&mesh, this->still_, &mesh, this->still_,
+                                      fcl::CollisionRequestd(), some));
+  EXPECT_EQ(0u, adaptive_bvh::collide(&mesh, this->still_, &mesh, this->still_,
+                                      fcl::CollisionRequestd(0), none));
 }
 
 }  // namespace deformable_mesh_test

@@ -19,13 +19,12 @@ namespace cell_separation_test {
 
 /// A mesh and an octree, both far from the world's origin, and where points of the one lie in the
 /// other's coordinates, in more digits than S.
-template <typename S>
 struct Placement {
   using Wide = Eigen::Matrix<long double, 3, 1>;
 
-  Placement(std::mt19937& random, S far) {
-    octree_tf = randomPose<S>(random, far);
-    mesh_tf = randomPose<S>(random, S(2));
+  Placement(std::mt19937& random, double far) {
+    octree_tf = randomPose(random, far);
+    mesh_tf = randomPose(random, 2.);
     mesh_tf.translation() += octree_tf.translation();
   }
 
@@ -42,48 +41,42 @@ struct Placement {
            (octree_tf.linear().template cast<long double>() * v);
   }
 
-  adaptive_bvh::IntoOctree into() const {
-    return {mesh_tf.template cast<double>(), octree_tf.template cast<double>()};
-  }
+  adaptive_bvh::IntoOctree into() const { return {mesh_tf, octree_tf}; }
 
-  fcl::Transform3<S> mesh_tf, octree_tf;
+  fcl::Transform3d mesh_tf, octree_tf;
 };
 
-template <typename S>
-fcl::AABBd inDouble(const fcl::AABB<S>& box) {
-  return {box.min_.template cast<double>(), box.max_.template cast<double>()};
-}
-
-template <typename S>
 class CellSeparation : public testing::Test {
  protected:
-  using Wide = typename Placement<S>::Wide;
+  using Wide = typename Placement::Wide;
 
-  S uniform(S low, S high) { return std::uniform_real_distribution<S>(low, high)(random_); }
-  Vector3<S> point() { return {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)}; }
+  double uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
+  fcl::Vector3d point() { return {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)}; }
 
   /// A cell that just reaches to a point, from a side, an edge or a corner, or some way off.
-  fcl::AABB<S> cellAt(const Wide& p) {
-    const S side = std::pow(S(10), uniform(-2, 1));
-    const S off = uniform(0, 1) < S(0.5) ? 0 : uniform(0, 1);
-    fcl::AABB<S> cell;
+  fcl::AABBd cellAt(const Wide& p) {
+    const double side = std::pow(10., uniform(-2, 1));
+    const double off = uniform(0, 1) < 0.5 ? 0 : uniform(0, 1);
+    fcl::AABBd cell;
     for (int k = 0; k < 3; ++k) {
       const int choice = std::uniform_int_distribution<int>(0, 2)(random_);
-      const S from = choice == 0 ? -side - off : choice == 1 ? off : -uniform(0, side);
-      cell.min_[k] = S(p[k]) + from;
+      const double from = choice == 0 ? -side - off : choice == 1 ? off : -uniform(0, side);
+      cell.min_[k] = double(p[k]) + from;
       cell.max_[k] = cell.min_[k] + side;
     }
     return cell;
   }
 
-  static long double distance(const Wide& p, const fcl::AABB<S>& cell) {
+  static long double distance(const Wide& p, const fcl::AABBd& cell) {
     const Wide low = cell.min_.template cast<long double>(),
                high = cell.max_.template cast<long double>();
     return (low - p).cwiseMax(p - high).cwiseMax(Wide::Zero()).norm();
   }
 
   /// `isApart` and `bound` of a body that holds p.
-  void judge(const Wide& p, const fcl::AABB<S>& cell, bool is_apart, double bound) {
+  void judge(const Wide& p, const fcl::AABBd& cell, bool is_apart, double bound) {
     const long double d = distance(p, cell);
     if (d == 0) {
       EXPECT_FALSE(is_apart);
@@ -98,26 +91,22 @@ class CellSeparation : public testing::Test {
   int touching_ = 0, apart_ = 0, tight_ = 0;
 };
 
-TYPED_TEST_SUITE(CellSeparation, MeshScalars);
-
-TYPED_TEST(CellSeparation, BoundsOfTrianglesHoldForTheirPoints) {
-  using S = TypeParam;
-  using Wide = typename Placement<S>::Wide;
+TEST_F(CellSeparation, BoundsOfTrianglesHoldForTheirPoints) {
+  using Wide = typename Placement::Wide;
   for (int i = 0; i < 20000; ++i) {
-    const Placement<S> placement(this->random_, i % 2 ? S(1000) : S(1));
-    Vector3<S> a = this->point(), b = this->point(), c = this->point();
+    const Placement placement(this->random_, i % 2 ? 1000. : 1.);
+    fcl::Vector3d a = this->point(), b = this->point(), c = this->point();
     if (i % 5 == 1) c = (a + b) / 2;
-    if (i % 5 == 2) c = a + S(1e-5) * c;
+    if (i % 5 == 2) c = a + 1e-5 * c;
     if (i % 5 == 3) b = c = a;
-    const long double u = this->uniform(0, 1), v = this->uniform(0, 1 - S(u));
+    const long double u = this->uniform(0, 1), v = this->uniform(0, 1 - double(u));
     const Wide p =
         placement.inOctree((1 - u - v) * a.template cast<long double>() +
                            u * b.template cast<long double>() + v * c.template cast<long double>());
-    const fcl::AABB<S> cell = this->cellAt(p);
-    const fcl::Vector3d corners[] = {a.template cast<double>(), b.template cast<double>(),
-                                     c.template cast<double>()};
+    const fcl::AABBd cell = this->cellAt(p);
+    const fcl::Vector3d corners[] = {a, b, c};
     const adaptive_bvh::IntoOctree into = placement.into();
-    const adaptive_bvh::CellExtent extent(inDouble(cell));
+    const adaptive_bvh::CellExtent extent(cell);
     this->judge(
         p, cell,
         adaptive_bvh::TriangleOverlap(corners[0], corners[1], corners[2], into).isApart(extent),
@@ -129,16 +118,15 @@ TYPED_TEST(CellSeparation, BoundsOfTrianglesHoldForTheirPoints) {
 }
 
 /// The boxes of a mesh's four-wide tree.
-TYPED_TEST(CellSeparation, BoundsOfBoxesHoldForTheirTriangles) {
-  using S = TypeParam;
-  using Wide = typename Placement<S>::Wide;
+TEST_F(CellSeparation, BoundsOfBoxesHoldForTheirTriangles) {
+  using Wide = typename Placement::Wide;
   using adaptive_bvh::MeshNode;
   for (int round = 0; round < 100; ++round) {
-    const Placement<S> placement(this->random_, round % 2 ? S(1000) : S(1));
-    TriangleMesh<S> mesh = dome<S>(6, 3);
-    for (Vector3<S>& p : mesh.vertices) p += S(0.1) * this->point();
-    const adaptive_bvh::DeformableMesh<S> body(mesh);
-    const BodyView<S> model(body);
+    const Placement placement(this->random_, round % 2 ? 1000. : 1.);
+    TriangleMesh mesh = dome(6, 3);
+    for (fcl::Vector3d& p : mesh.vertices) p += 0.1 * this->point();
+    const adaptive_bvh::DeformableMesh body(mesh);
+    const BodyView model(body);
     const adaptive_bvh::WideNodes nodes(adaptive_bvh::stateOf(body).tree);
     const adaptive_bvh::IntoOctree into = placement.into();
     // Returns the triangles below; each judges the box of the node.
@@ -153,14 +141,14 @@ TYPED_TEST(CellSeparation, BoundsOfBoxesHoldForTheirTriangles) {
       const adaptive_bvh::VolumeInOctree volume(nodes.body(node), into);
       for (int t : below) {
         const fcl::Triangle& corners = model.tri_indices[t];
-        const S u = this->uniform(0, 1), v = this->uniform(0, 1 - u);
+        const double u = this->uniform(0, 1), v = this->uniform(0, 1 - u);
         const auto at = [&](int k) -> Wide {
           return model.vertices[corners[std::size_t(k)]].template cast<long double>();
         };
         const Wide p = placement.inOctree((1 - (long double)(u)-v) * at(0) +
                                           (long double)(u)*at(1) + (long double)(v)*at(2));
-        const fcl::AABB<S> cell = this->cellAt(p);
-        const adaptive_bvh::CellExtent extent(inDouble(cell));
+        const fcl::AABBd cell = this->cellAt(p);
+        const adaptive_bvh::CellExtent extent(cell);
         this->judge(p, cell, volume.isApart(extent), volume.distance(extent));
       }
       return below;
@@ -172,16 +160,15 @@ TYPED_TEST(CellSeparation, BoundsOfBoxesHoldForTheirTriangles) {
   EXPECT_GT(this->tight_, 1000);
 }
 
-TYPED_TEST(CellSeparation, BoundsOfVolumesHoldForTheirPoints) {
-  using S = TypeParam;
-  using Wide = typename Placement<S>::Wide;
+TEST_F(CellSeparation, BoundsOfVolumesHoldForTheirPoints) {
+  using Wide = typename Placement::Wide;
   for (int i = 0; i < 20000; ++i) {
-    const Placement<S> placement(this->random_, i % 2 ? S(1000) : S(1));
-    fcl::RSS<S> bv;
-    bv.axis = randomPose<S>(this->random_, 1).linear();
+    const Placement placement(this->random_, i % 2 ? 1000. : 1.);
+    fcl::RSSd bv;
+    bv.axis = randomPose(this->random_, 1).linear();
     bv.To = this->point();
-    for (S& side : bv.l) side = this->uniform(0, 1);
-    bv.r = this->uniform(0, S(0.2));
+    for (double& side : bv.l) side = this->uniform(0, 1);
+    bv.r = this->uniform(0, 0.2);
     // Half of the points: the farthest of the volume along one of the octree's axes, and a cell
     // that begins there.
     const int axis = i % 4 < 2 ? i % 3 : -1;
@@ -196,14 +183,14 @@ TYPED_TEST(CellSeparation, BoundsOfVolumesHoldForTheirPoints) {
     for (int k = 0; k < 2; ++k)
       p += bv.axis.col(k).template cast<long double>() * x[k] * (long double)(bv.l[k]);
     p = placement.inOctree(p);
-    fcl::AABB<S> cell = this->cellAt(p);
+    fcl::AABBd cell = this->cellAt(p);
     if (axis >= 0) {
-      const S side = cell.max_[axis] - cell.min_[axis];
-      cell.min_[axis] = S(p[axis]);
+      const double side = cell.max_[axis] - cell.min_[axis];
+      cell.min_[axis] = double(p[axis]);
       cell.max_[axis] = cell.min_[axis] + side;
     }
     const adaptive_bvh::VolumeInOctree volume(adaptive_bvh::sweptBoxOf(bv), placement.into());
-    const adaptive_bvh::CellExtent extent(inDouble(cell));
+    const adaptive_bvh::CellExtent extent(cell);
     this->judge(p, cell, volume.isApart(extent), volume.distance(extent));
   }
   EXPECT_GT(this->touching_, 2000);

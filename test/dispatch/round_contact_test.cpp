@@ -15,10 +15,10 @@ using adaptive_bvh::DeformableMesh;
 using exact::Real;
 
 /// [0, 1]^3, cut into `cells` along each edge.
-DeformableMesh<double> cube(int cells) {
-  TriangleMesh<double> mesh = latticeBox<double>(cells);
+DeformableMesh cube(int cells) {
+  TriangleMesh mesh = latticeBox(cells);
   for (auto& p : mesh.vertices) p /= cells;
-  return DeformableMesh<double>(mesh);
+  return DeformableMesh(mesh);
 }
 
 class RoundContacts : public testing::Test {
@@ -37,7 +37,7 @@ class RoundContacts : public testing::Test {
   }
 
   /// Lowers a shape by d into the top of a cube, d from 0.01 to 1e-9: so deep each is in the other.
-  void lower(const JudgedShape<double>& shape, const fcl::Matrix3d& turn, std::size_t most) {
+  void lower(const JudgedShape& shape, const fcl::Matrix3d& turn, std::size_t most) {
     SCOPED_TRACE(shape.name);
     for (const int cells : {1, 3})
       for (double d = 1e-2; d > 5e-10; d /= std::sqrt(10.)) {
@@ -46,8 +46,8 @@ class RoundContacts : public testing::Test {
         const Real below = shape.reach(exact::of(fcl::Vector3d(-turn.row(2).transpose())));
         tf.translation() = fcl::Vector3d(0.6 + 0.02 * random_.uniform(), 0.57, 1 + double(below));
         tf.translation()[2] -= d;
-        const auto found = adaptive_bvh::signedDistance<double>(
-            cube(cells), fcl::Transform3d::Identity(), *shape.geometry, tf, d / 10);
+        const auto found = adaptive_bvh::signedDistance(cube(cells), fcl::Transform3d::Identity(),
+                                                        *shape.geometry, tf, d / 10);
         const double slack = 1e-12, width = std::max(d / 10, 4e-9);
         ASSERT_LE(found.lower, -d + slack) << d;
         ASSERT_GE(found.upper, -d - slack) << d;
@@ -56,32 +56,32 @@ class RoundContacts : public testing::Test {
       }
   }
 
-  RandomGeometry<double> random_{52};
+  RandomGeometry random_{52};
 };
 
-TEST_F(RoundContacts, OfASphere) { lower(judged_shapes::sphere<double>(0.05), anyTurn(), 100); }
+TEST_F(RoundContacts, OfASphere) { lower(judged_shapes::sphere(0.05), anyTurn(), 100); }
 TEST_F(RoundContacts, OfACapsule) {
   for (int i = 0; i < 3; ++i)
-    lower(judged_shapes::capsule<double>(0.05, 0.2), i ? lying() : anyTurn(), 100);
+    lower(judged_shapes::capsule(0.05, 0.2), i ? lying() : anyTurn(), 100);
 }
 TEST_F(RoundContacts, OfAnEllipsoid) {
   for (int i = 0; i < 3; ++i)
-    lower(judged_shapes::ellipsoid<double>(fcl::Vector3d(0.05, 0.03, 0.08)), anyTurn(), 100);
+    lower(judged_shapes::ellipsoid(fcl::Vector3d(0.05, 0.03, 0.08)), anyTurn(), 100);
 }
 TEST_F(RoundContacts, OfACylinder) {
-  const auto cylinder = judged_shapes::cylinder<double>(0.05, 0.2);
+  const auto cylinder = judged_shapes::cylinder(0.05, 0.2);
   for (int i = 0; i < 2; ++i) lower(cylinder, lying(), 20);
   lower(cylinder, leaning(0), 20);
   lower(cylinder, anyTurn(), 20);
 }
 TEST_F(RoundContacts, OfACoin) {
-  const auto coin = judged_shapes::cylinder<double>(0.05, 0.02);
+  const auto coin = judged_shapes::cylinder(0.05, 0.02);
   for (const double angle : {0., 1e-6, 1e-4, 0.01, 0.3, 1.5}) lower(coin, leaning(angle), 20);
   lower(coin, lying(), 20);
 }
 /// On its base, on its tip, on its side, and leaning.
 TEST_F(RoundContacts, OfACone) {
-  const auto cone = judged_shapes::cone<double>(0.05, 0.1);
+  const auto cone = judged_shapes::cone(0.05, 0.1);
   const double half_turn = 2 * std::acos(0.), on_side = std::atan2(0.05, 0.1) - half_turn / 2;
   for (const double angle : {0., half_turn, half_turn - 0.4, 0.2, 1e-4}) {
     lower(cone, leaning(angle), 20);
@@ -89,7 +89,7 @@ TEST_F(RoundContacts, OfACone) {
   lower(cone, Eigen::AngleAxisd(on_side, fcl::Vector3d::UnitX()).toRotationMatrix(), 20);
 }
 TEST_F(RoundContacts, OfABox) {
-  const auto box = judged_shapes::box<double>(fcl::Vector3d(0.1, 0.05, 0.2));
+  const auto box = judged_shapes::box(fcl::Vector3d(0.1, 0.05, 0.2));
   for (const double angle : {0., 1e-4, 0.3}) lower(box, leaning(angle), 20);
   lower(box, anyTurn(), 20);
 }

@@ -39,17 +39,17 @@ class Prism {
     add(a + count_, b + count_, c + count_);
     return *this;
   }
-  operator DeformableMesh<double>() const { return DeformableMesh<double>(mesh_); }
+  operator DeformableMesh() const { return DeformableMesh(mesh_); }
 
  private:
   void add(std::size_t a, std::size_t b, std::size_t c) { mesh_.triangles.emplace_back(a, c, b); }
 
-  TriangleMesh<double> mesh_;
+  TriangleMesh mesh_;
   std::size_t count_;
 };
 
 /// A floor, z < 0, and a wall, x < 0.
-DeformableMesh<double> room() {
+DeformableMesh room() {
   return Prism(Prism::Outline{{-1, -1}, {3, -1}, {3, 0}, {0, 0}, {0, 3}, {-1, 3}})
       .cap(0, 1, 2)
       .cap(0, 2, 3)
@@ -57,7 +57,7 @@ DeformableMesh<double> room() {
       .cap(0, 4, 5);
 }
 /// The same and another wall, x > width.
-DeformableMesh<double> slot(double width) {
+DeformableMesh slot(double width) {
   return Prism(Prism::Outline{{-1, -1},
                               {width + 1, -1},
                               {width + 1, 3},
@@ -76,18 +76,18 @@ DeformableMesh<double> slot(double width) {
 
 class ShallowContacts : public testing::Test {
  protected:
-  using Shape = JudgedShape<double>;
+  using Shape = JudgedShape;
 
   Shape anyShape(int kind) {
     switch (kind % 8) {
-      case 0: return judged_shapes::sphere<double>(0.05);
-      case 1: return judged_shapes::capsule<double>(0.05, 0.2);
-      case 2: return judged_shapes::ellipsoid<double>(Vector3d(0.05, 0.03, 0.08));
-      case 3: return judged_shapes::cylinder<double>(0.05, 0.2);
-      case 4: return judged_shapes::cylinder<double>(0.05, 0.02);  // a coin
-      case 5: return judged_shapes::cone<double>(0.05, 0.1);
-      case 6: return judged_shapes::box<double>(Vector3d(0.1, 0.05, 0.2));
-      default: return judged_shapes::cone<double>(0.1, 0.05);
+      case 0: return judged_shapes::sphere(0.05);
+      case 1: return judged_shapes::capsule(0.05, 0.2);
+      case 2: return judged_shapes::ellipsoid(Vector3d(0.05, 0.03, 0.08));
+      case 3: return judged_shapes::cylinder(0.05, 0.2);
+      case 4: return judged_shapes::cylinder(0.05, 0.02);  // a coin
+      case 5: return judged_shapes::cone(0.05, 0.1);
+      case 6: return judged_shapes::box(Vector3d(0.1, 0.05, 0.2));
+      default: return judged_shapes::cone(0.1, 0.05);
     }
   }
   /// Any rotation, or one that maps axes to axes.
@@ -116,17 +116,16 @@ class ShallowContacts : public testing::Test {
     return x;
   }
   /// Judges a signed distance by points that are farthest along directions around some.
-  void judge(const DeformableMesh<double>& mesh, const Shape& shape, const fcl::Transform3d& tf,
+  void judge(const DeformableMesh& mesh, const Shape& shape, const fcl::Transform3d& tf,
              double tolerance, const std::vector<Vector3d>& along, std::size_t most) {
     SCOPED_TRACE(shape.name);
     const auto still = fcl::Transform3d::Identity();
-    const auto found =
-        adaptive_bvh::signedDistance<double>(mesh, still, *shape.geometry, tf, tolerance);
+    const auto found = adaptive_bvh::signedDistance(mesh, still, *shape.geometry, tf, tolerance);
     constexpr Real kSlack = 1e-10L;
     ASSERT_LE(found.lower, found.upper);
     ASSERT_LE(found.upper - found.lower, std::max(tolerance, 2e-8));
     ASSERT_LE(found.searches, most);
-    const JudgedMesh<double> body(mesh, still);
+    const JudgedMesh body(mesh, still);
     const exact::Placement at = exact::placement(tf);
     for (const Vector3d& direction : along)
       for (Real spread = 1; spread > 1e-6L; spread /= 4) {
@@ -151,13 +150,13 @@ class ShallowContacts : public testing::Test {
   double anyDepth() { return random_.size(-5, -2); }
   static int rounds(int few) { return isLongMode() ? 50 * few : few; }
 
-  RandomGeometry<double> random_{15};
+  RandomGeometry random_{15};
   int inside_ = 0;
 };
 
 /// In the corner of a room, against one wall or two.
 TEST_F(ShallowContacts, InACorner) {
-  const DeformableMesh<double> mesh = room();
+  const DeformableMesh mesh = room();
   for (int i = 0; i < rounds(80); ++i) {
     const Shape shape = anyShape(i);
     const double d = anyDepth(), beside = random_.oneIn(3) ? 0.1 : random_.oneIn(2) ? -d : 0;
@@ -190,7 +189,7 @@ TEST_F(ShallowContacts, InASlot) {
 
 /// Pushed into a curved mesh from any side.
 TEST_F(ShallowContacts, WithABall) {
-  const DeformableMesh<double> mesh(gridBall<double>(16, 8));
+  const DeformableMesh mesh(gridBall(16, 8));
   for (int i = 0; i < rounds(60); ++i) {
     const Shape shape = anyShape(i);
     const double d = anyDepth();
@@ -201,8 +200,8 @@ TEST_F(ShallowContacts, WithABall) {
     for (int step = 0; step < 200; ++step) {
       fcl::DistanceResultd result;
       const fcl::DistanceRequestd request;
-      const double gap = adaptive_bvh::distance<double>(&mesh, fcl::Transform3d::Identity(),
-                                                        shape.geometry.get(), tf, request, result);
+      const double gap = adaptive_bvh::distance(&mesh, fcl::Transform3d::Identity(),
+                                                shape.geometry.get(), tf, request, result);
       if (gap < 1e-9) break;
       tf.translation() -= gap * from;
     }
@@ -214,7 +213,7 @@ TEST_F(ShallowContacts, WithABall) {
 
 /// Where the depth is not shallow the motion that separates is longer than the depth.
 TEST_F(ShallowContacts, NorAreDeepOnesWrong) {
-  const DeformableMesh<double> mesh = room();
+  const DeformableMesh mesh = room();
   for (int i = 0; i < rounds(60); ++i) {
     const Shape shape = anyShape(i);
     fcl::Transform3d tf = fcl::Transform3d::Identity();
@@ -227,15 +226,15 @@ TEST_F(ShallowContacts, NorAreDeepOnesWrong) {
 /// With a tolerance beyond the depth one motion may say all. The points are on the surfaces even
 /// so.
 TEST_F(ShallowContacts, PointsAreOnTheSurfacesWhateverTheTolerance) {
-  const DeformableMesh<double> mesh = room();
+  const DeformableMesh mesh = room();
   for (int i = 0; i < rounds(40); ++i) {
     const auto cylinder = std::make_shared<fcl::Cylinderd>(0.5, 1);
     fcl::Transform3d tf = fcl::Transform3d::Identity();
     tf.linear() = anyTurn();
     tf.translation() = Vector3d(1.5, 0, -0.3) + 0.2 * random_.point();
     const double tolerance = random_.size(-3, 1);
-    const auto found = adaptive_bvh::signedDistance<double>(mesh, fcl::Transform3d::Identity(),
-                                                            *cylinder, tf, tolerance);
+    const auto found =
+        adaptive_bvh::signedDistance(mesh, fcl::Transform3d::Identity(), *cylinder, tf, tolerance);
     const Vector3d x = tf.inverse() * found.points[1];
     const double radius = std::hypot(x[0], x[1]), height = std::abs(x[2]);
     EXPECT_NEAR(0, std::max(radius - 0.5, height - 0.5), 1e-9) << tolerance;

@@ -34,14 +34,14 @@ using adaptive_bvh::shapeMesh;
 using adaptive_bvh::TriangleMesh;
 
 /// The volume that triangles enclose, which face outward.
-double volumeOf(const TriangleMesh<double>& mesh) {
+double volumeOf(const TriangleMesh& mesh) {
   double volume = 0;
   for (const fcl::Triangle& t : mesh.triangles)
     volume += mesh.vertices[t[0]].dot(mesh.vertices[t[1]].cross(mesh.vertices[t[2]])) / 6;
   return volume;
 }
 
-fcl::Vector3d sizeOf(const TriangleMesh<double>& mesh) {
+fcl::Vector3d sizeOf(const TriangleMesh& mesh) {
   fcl::Vector3d low = mesh.vertices[0], high = low;
   for (const fcl::Vector3d& point : mesh.vertices) {
     low = low.cwiseMin(point);
@@ -51,8 +51,7 @@ fcl::Vector3d sizeOf(const TriangleMesh<double>& mesh) {
 }
 
 /// Each edge comes once in either direction.
-template <typename S>
-bool isClosed(const TriangleMesh<S>& mesh) {
+bool isClosed(const TriangleMesh& mesh) {
   std::map<std::pair<std::size_t, std::size_t>, int> edges;
   for (const fcl::Triangle& t : mesh.triangles)
     for (int k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
@@ -121,7 +120,7 @@ std::vector<Case> cases() {
 TEST(ShapeMesh, IsTheSurface) {
   for (const auto& [shape, size, volume, off] : cases())
     for (const int turn : {1, 8, 64, 65}) {
-      const TriangleMesh<double> mesh = shapeMesh(*shape, turn);
+      const TriangleMesh mesh = shapeMesh(*shape, turn);
       const int name = shape->getNodeType();
       EXPECT_TRUE(isClosed(mesh)) << name << ' ' << turn;
       EXPECT_LE(volumeOf(mesh), volume * (1 + 1e-12)) << name;
@@ -131,24 +130,22 @@ TEST(ShapeMesh, IsTheSurface) {
       for (const fcl::Vector3d& x : mesh.vertices) EXPECT_LT(std::abs(off(x)), 1e-14 * 8) << name;
     }
   // As often as asked, at least.
-  EXPECT_EQ(shapeMesh<double>(fcl::Sphered(1)).triangles.size(), 8u * 256);
-  EXPECT_EQ(shapeMesh<double>(fcl::Sphered(1), 8).triangles.size(), 8u * 4);
-  EXPECT_EQ(shapeMesh<double>(fcl::Boxd(1, 2, 3)).vertices.size(), 8u);
+  EXPECT_EQ(shapeMesh(fcl::Sphered(1)).triangles.size(), 8u * 256);
+  EXPECT_EQ(shapeMesh(fcl::Sphered(1), 8).triangles.size(), 8u * 4);
+  EXPECT_EQ(shapeMesh(fcl::Boxd(1, 2, 3)).vertices.size(), 8u);
 }
 
 TEST(ShapeMesh, MakesMeshes) {
   for (const auto& test : cases()) {
-    const adaptive_bvh::DeformableMeshd mesh(shapeMesh(*test.shape));
+    const adaptive_bvh::DeformableMesh mesh(shapeMesh(*test.shape));
     EXPECT_TRUE(adaptive_bvh::isWatertight(mesh));
   }
-  const fcl::Capsulef capsule(0.7f, 3);
-  EXPECT_TRUE(isClosed(shapeMesh(static_cast<const fcl::CollisionGeometryf&>(capsule))));
 }
 
 TEST(ShapeMesh, OfPlanesIsASquare) {
   const fcl::Vector3d up(0, 0.6, 0.8);
-  for (const TriangleMesh<double>& mesh :
-       {shapeMesh<double>(fcl::Planed(up, 2)), shapeMesh<double>(fcl::Halfspaced(up, 2))}) {
+  for (const TriangleMesh& mesh :
+       {shapeMesh(fcl::Planed(up, 2)), shapeMesh(fcl::Halfspaced(up, 2))}) {
     EXPECT_EQ(mesh.vertices.size(), 4u);
     for (const fcl::Vector3d& corner : mesh.vertices) {
       EXPECT_NEAR(up.dot(corner), 2, 1e-12);
@@ -165,7 +162,7 @@ TEST(ShapeMesh, OfOctreesAreTheOccupiedCells) {
   const auto cells = std::make_shared<octomap::OcTree>(0.5);
   for (const float x : {0.1f, 0.6f, 3.1f}) cells->updateNode(octomap::point3d(x, 0.1f, 0.1f), true);
   cells->updateNode(octomap::point3d(1.1f, 0.1f, 0.1f), false);  // free
-  const TriangleMesh<double> mesh = shapeMesh<double>(fcl::OcTreed(cells));
+  const TriangleMesh mesh = shapeMesh(fcl::OcTreed(cells));
   EXPECT_EQ(mesh.vertices.size(), 3u * 8);
   EXPECT_TRUE(isClosed(mesh));
   EXPECT_NEAR(volumeOf(mesh), 3 * 0.125, 1e-12);
@@ -173,10 +170,10 @@ TEST(ShapeMesh, OfOctreesAreTheOccupiedCells) {
 }
 
 TEST(ShapeMesh, RefusesWhatIsNoSurface) {
-  EXPECT_THROW(shapeMesh<double>(fcl::BVHModel<fcl::RSSd>()), std::invalid_argument);
-  EXPECT_THROW(shapeMesh<double>(fcl::Sphered(0)), std::invalid_argument);
-  EXPECT_THROW(shapeMesh<double>(fcl::Sphered(1), 0), std::invalid_argument);
-  EXPECT_THROW(shapeMesh<double>(fcl::Sphered(1), 1025), std::invalid_argument);
+  EXPECT_THROW(shapeMesh(fcl::BVHModel<fcl::RSSd>()), std::invalid_argument);
+  EXPECT_THROW(shapeMesh(fcl::Sphered(0)), std::invalid_argument);
+  EXPECT_THROW(shapeMesh(fcl::Sphered(1), 0), std::invalid_argument);
+  EXPECT_THROW(shapeMesh(fcl::Sphered(1), 1025), std::invalid_argument);
 }
 
 }  // namespace shape_mesh_test

@@ -29,18 +29,16 @@ Real distanceToCore(const ShapeCore& core, const exact::Point& x) {
   return gap.norm();
 }
 
-template <typename S>
 class ShapeBounds : public testing::Test {
  protected:
-  using Mesh = adaptive_bvh::DeformableMesh<S>;
+  using Mesh = adaptive_bvh::DeformableMesh;
 
   /// Of any proportions: a point, a needle, a box, a slab, a half-space; with a radius or without.
   ShapeCore core(double size) {
     ShapeCore core;
     if (random_.oneIn(3)) {
       const double d = random_.size(-2, 1) * size;
-      core = adaptive_bvh::FlatSolid(random_.point().template cast<double>(), d, random_.oneIn(2))
-                 .core();
+      core = adaptive_bvh::FlatSolid(random_.point(), d, random_.oneIn(2)).core();
     } else {
       for (int k = 0; k < 3; ++k) {
         core.high[k] = random_.oneIn(3) ? 0 : random_.size(-2, 3) * size;
@@ -71,31 +69,28 @@ class ShapeBounds : public testing::Test {
     return false;
   }
 
-  RandomGeometry<S> random_{71};
+  RandomGeometry random_{71};
   long pruned_ = 0, apart_ = 0;
 };
 
-TYPED_TEST_SUITE(ShapeBounds, MeshScalars);
-
-TYPED_TEST(ShapeBounds, DoNotExceedTheDistancesOfPoints) {
-  using S = TypeParam;
+TEST_F(ShapeBounds, DoNotExceedTheDistancesOfPoints) {
   for (int round = 0; round < 300; ++round) {
-    const S size = this->random_.size(-3, 3), far = size * this->random_.size(-1, 3);
-    TriangleMesh<S> triangles = plate<S>(4, 3);
-    for (Vector3<S>& p : triangles.vertices) p = size * (p + S(0.3) * this->random_.point());
-    const typename TestFixture::Mesh mesh(triangles);
-    const fcl::Transform3<S> mesh_tf = this->random_.pose(far);
+    const double size = this->random_.size(-3, 3), far = size * this->random_.size(-1, 3);
+    TriangleMesh triangles = plate(4, 3);
+    for (fcl::Vector3d& p : triangles.vertices) p = size * (p + 0.3 * this->random_.point());
+    const Mesh mesh(triangles);
+    const fcl::Transform3d mesh_tf = this->random_.pose(far);
     const PlacedMesh placed(mesh, mesh_tf);
-    fcl::Transform3<S> shape_tf = this->random_.pose(size);
+    fcl::Transform3d shape_tf = this->random_.pose(size);
     shape_tf.translation() += mesh_tf.translation();
     const ShapeCore core = this->core(double(size));
     const WideTree& tree = placed.tree();
-    const ShapeInTree shape(core, shape_tf.template cast<double>(), tree, placed.tf);
+    const ShapeInTree shape(core, shape_tf, tree, placed.tf);
     ASSERT_TRUE(shape.isPrecise());
     const exact::Placement mesh_at = exact::placement(mesh_tf),
                            shape_at = exact::placement(shape_tf);
     for (int i = 0; i < numTriangles(mesh); ++i) {
-      const adaptive_bvh::TrianglePoints<double> corners = placed.pointsAt(unsigned(i));
+      const adaptive_bvh::TrianglePoints corners = placed.pointsAt(unsigned(i));
       Real u = Real(this->random_.size(-3, 0)), v = Real(this->random_.size(-3, 0));
       if (u + v > 1) u = 1 - u, v = 1 - v;
       exact::Point x = (1 - u - v) * exact::of(corners[0]) + u * exact::of(corners[1]) +
@@ -111,9 +106,8 @@ TYPED_TEST(ShapeBounds, DoNotExceedTheDistancesOfPoints) {
 }
 
 /// Cores hold their shapes: the farthest points along any direction.
-TYPED_TEST(ShapeBounds, CoresHoldTheirShapes) {
-  using S = TypeParam;
-  for (const auto& shape : boundedShapes<S>()) {
+TEST_F(ShapeBounds, CoresHoldTheirShapes) {
+  for (const auto& shape : boundedShapes()) {
     const adaptive_bvh::ShapeSolid solid(*shape);
     const ShapeCore& core = solid.core();
     shape->computeLocalAABB();
@@ -124,10 +118,9 @@ TYPED_TEST(ShapeBounds, CoresHoldTheirShapes) {
   }
 }
 
-TYPED_TEST(ShapeBounds, AreNotForWhatSinglePrecisionCannotExpress) {
-  using S = TypeParam;
-  const typename TestFixture::Mesh mesh(plate<S>(3, 3));
-  const PlacedMesh placed(mesh, fcl::Transform3<S>(fcl::Transform3<S>::Identity()));
+TEST_F(ShapeBounds, AreNotForWhatSinglePrecisionCannotExpress) {
+  const Mesh mesh(plate(3, 3));
+  const PlacedMesh placed(mesh, fcl::Transform3d(fcl::Transform3d::Identity()));
   const WideTree& tree = placed.tree();
   fcl::Transform3d away = fcl::Transform3d::Identity();
   ShapeCore ball;

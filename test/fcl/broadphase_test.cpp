@@ -80,9 +80,10 @@ struct Body {
   std::shared_ptr<fcl::CollisionGeometryd> geometry;
   std::function<void(const std::vector<fcl::Vector3d>&)> update;
 };
-Body makeDeforming(const TriangleMesh<double>& mesh, bool is_mesh) {
+
+Body makeDeforming(const TriangleMesh& mesh, bool is_mesh) {
   if (is_mesh) {
-    const auto body = std::make_shared<adaptive_bvh::DeformableMeshd>(mesh);
+    const auto body = std::make_shared<adaptive_bvh::DeformableMesh>(mesh);
     return {body, [body](const auto& positions) { body->update(positions); }};
   }
   const auto body = std::make_shared<AdaptiveModel>();
@@ -120,21 +121,18 @@ class Broadphase : public testing::TestWithParam<Case> {};
 TEST_P(Broadphase, FindsWhatBruteForceFindsInEveryFrame) {
   std::mt19937 random(testSeed(5));
   std::vector<Body> models;
-  std::vector<Deformation<double>> deformations;
+  std::vector<Deformation> deformations;
   std::vector<Object> storage;
-  const std::vector<TriangleMesh<double>> meshes = {dome<double>(9, 4), tube<double>(5, 7),
-                                                    plate<double>(6, 6)};
+  const std::vector<TriangleMesh> meshes = {dome(9, 4), tube(5, 7), plate(6, 6)};
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     const std::string types = std::get<1>(GetParam());
     models.push_back(makeDeforming(meshes[i], types == "Meshes" || (types == "Mixed" && i != 1)));
-    deformations.emplace_back(meshes[i], Deformation<double>::Kind::Smooth, unsigned(i) + 1);
-    storage.emplace_back(models.back().geometry, randomPose<double>(random, 0.6));
+    deformations.emplace_back(meshes[i], Deformation::Kind::Smooth, unsigned(i) + 1);
+    storage.emplace_back(models.back().geometry, randomPose(random, 0.6));
   }
   for (int i = 0; i < 5; ++i) {
-    storage.emplace_back(std::make_shared<fcl::Boxd>(0.2, 0.3, 0.1),
-                         randomPose<double>(random, 0.9));
-    storage.emplace_back(std::make_shared<fcl::Capsuled>(0.1, 0.4),
-                         randomPose<double>(random, 0.9));
+    storage.emplace_back(std::make_shared<fcl::Boxd>(0.2, 0.3, 0.1), randomPose(random, 0.9));
+    storage.emplace_back(std::make_shared<fcl::Capsuled>(0.1, 0.4), randomPose(random, 0.9));
   }
   std::vector<Object*> objects;
   for (Object& object : storage) objects.push_back(&object);
@@ -178,8 +176,7 @@ class ChangingScene {
   explicit ChangingScene(const std::string& name) : manager_(make(name)) {
     storage_.reserve(kObjects);
     for (int i = 0; i < kObjects; ++i)
-      storage_.emplace_back(std::make_shared<fcl::Boxd>(0.3, 0.4, 0.5),
-                            randomPose<double>(random_, 0.8));
+      storage_.emplace_back(std::make_shared<fcl::Boxd>(0.3, 0.4, 0.5), randomPose(random_, 0.8));
     for (Object& object : storage_) inside_.push_back(&object);
     manager_->registerObjects(inside_);
     manager_->setup();
@@ -189,7 +186,7 @@ class ChangingScene {
     if (frame % 2 == 0) leave();
     if (frame % 3 == 0) leave();
     if (frame % 4 == 0) enter();
-    for (Object* object : inside_) object->setTransform(randomPose<double>(random_, 0.8));
+    for (Object* object : inside_) object->setTransform(randomPose(random_, 0.8));
     refresh(inside_, *manager_);
     if (frame % 5 == 0) {
       leave();
@@ -213,7 +210,7 @@ class ChangingScene {
   }
   void enter() {
     if (outside_.empty()) return;
-    outside_.back()->setTransform(randomPose<double>(random_, 0.8));
+    outside_.back()->setTransform(randomPose(random_, 0.8));
     outside_.back()->computeAABB();
     manager_->registerObject(outside_.back());
     inside_.push_back(outside_.back());

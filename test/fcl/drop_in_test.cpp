@@ -15,6 +15,8 @@
 #include "adaptive_bvh/deformable_mesh.h"
 #include "adaptive_bvh/query.h"
 #include "support/brute_force.h"
+#include "support/fcl_float.h"
+#include "support/long_mode.h"
 #include "support/test_volume.h"
 #include "support/trees.h"
 
@@ -54,7 +56,7 @@ Positions moved(Positions positions, double by = 0.1) {
 
 class DropIn : public testing::Test {
  protected:
-  DropIn() : mesh_(plate<double>(5, 4)), other_(tube<double>(5, 5)) {
+  DropIn() : mesh_(plate(5, 4)), other_(tube(5, 5)) {
     EXPECT_EQ(fcl::BVH_OK, fillModel(mesh_, model_));
     EXPECT_EQ(fcl::BVH_OK, fillModel(other_, obstacle_));
     above_.translation() = Point(0, 0.3, 0.7);
@@ -62,9 +64,9 @@ class DropIn : public testing::Test {
 
   void expectSound(const AdaptiveModel& model) {
     fcl::DistanceResultd result;
-    const double asked = fcl::distance<double>(&model, kIdentity, &obstacle_, above_,
-                                               fcl::DistanceRequestd(), result);
-    EXPECT_NEAR(BruteForce<double>(model, kIdentity, obstacle_, above_).distance(), asked, 1e-12);
+    const double asked =
+        fcl::distance(&model, kIdentity, &obstacle_, above_, fcl::DistanceRequestd(), result);
+    EXPECT_NEAR(BruteForce(model, kIdentity, obstacle_, above_).distance(), asked, 1e-12);
     std::string reason;
     EXPECT_TRUE(model.validate(&reason)) << reason;
   }
@@ -75,7 +77,7 @@ class DropIn : public testing::Test {
   }
 
   QuietFcl quiet_;
-  TriangleMesh<double> mesh_, other_;
+  TriangleMesh mesh_, other_;
   AdaptiveModel model_;
   Plain obstacle_;
   fcl::Transform3d above_ = kIdentity;
@@ -95,7 +97,7 @@ void freeWhatFclForgets(AdaptiveModel&) {}  // ours forgets nothing
 
 /// Calls out of order, in sequences that FCL survives: both types answer alike, step by step.
 template <typename Model>
-std::vector<int> codesOf(const std::vector<std::string>& calls, const TriangleMesh<double>& mesh) {
+std::vector<int> codesOf(const std::vector<std::string>& calls, const TriangleMesh& mesh) {
   Model m;
   std::vector<int> codes;
   const Positions& v = mesh.vertices;
@@ -469,9 +471,9 @@ TEST_F(DropIn, TopDownIsFclsOwnTreeAndARebuildMakesANewOne) {
   AdaptiveModel model(HierarchyStrategy::TopDown);
   Plain at_start, at_end;
   at_start.bv_fitter = at_end.bv_fitter = model.bv_fitter;
-  fillModel(TriangleMesh<double>{start, mesh_.triangles}, model);
-  fillModel(TriangleMesh<double>{start, mesh_.triangles}, at_start);
-  fillModel(TriangleMesh<double>{rolled, mesh_.triangles}, at_end);
+  fillModel(TriangleMesh{start, mesh_.triangles}, model);
+  fillModel(TriangleMesh{start, mesh_.triangles}, at_start);
+  fillModel(TriangleMesh{rolled, mesh_.triangles}, at_end);
   EXPECT_EQ(groupsOf(at_start), groupsOf(model));
 
   model.update(rolled);
@@ -564,7 +566,7 @@ TEST_F(DropIn, ACopyOfAPlainModelIsRepairedOnTheWay) {
 
 /// Expects a mesh with the model's positions, triangles and frames, that answers as brute force.
 void expectMesh(AdaptiveModel& model) {
-  const adaptive_bvh::DeformableMeshd& mesh = std::as_const(model).mesh();
+  const adaptive_bvh::DeformableMesh& mesh = std::as_const(model).mesh();
   const auto count = std::size_t(model.num_vertices);
   EXPECT_EQ(Positions(model.vertices, model.vertices + count), mesh.vertices());
   ASSERT_EQ(std::size_t(model.num_tris), mesh.triangles().size());
@@ -577,19 +579,18 @@ void expectMesh(AdaptiveModel& model) {
     EXPECT_TRUE(mesh.previousVertices().empty());
   std::string reason;
   EXPECT_TRUE(mesh.validate(&reason)) << reason;
-  const adaptive_bvh::DeformableMeshd tool(tube<double>(5, 5));
+  const adaptive_bvh::DeformableMesh tool(tube(5, 5));
   fcl::Transform3d above = kIdentity;
   above.translation() = Point(0, 0.3, 0.7);
   fcl::DistanceResultd result;
-  adaptive_bvh::distance<double>(&mesh, kIdentity, &tool, above, fcl::DistanceRequestd(), result);
-  EXPECT_NEAR(BruteForce<double>(model, kIdentity, tool, above).distance(), result.min_distance,
-              1e-12);
+  adaptive_bvh::distance(&mesh, kIdentity, &tool, above, fcl::DistanceRequestd(), result);
+  EXPECT_NEAR(BruteForce(model, kIdentity, tool, above).distance(), result.min_distance, 1e-12);
 }
 
 TEST_F(DropIn, TheMeshIsMadeOnceAndFollowsEveryUpdate) {
   EXPECT_FALSE(model_.hasMesh());
   EXPECT_THROW(std::as_const(model_).mesh(), std::logic_error);
-  const adaptive_bvh::DeformableMeshd* const mesh = &model_.mesh();
+  const adaptive_bvh::DeformableMesh* const mesh = &model_.mesh();
   EXPECT_TRUE(model_.hasMesh());
   expectMesh(model_);
   model_.update(moved(mesh_.vertices));
@@ -642,7 +643,7 @@ TEST_F(DropIn, TheMeshFollowsRebuildsAndChangesThroughTheBase) {
   model_.update(moved(mesh_.vertices, 0.2));
   model_.mesh();
   expectMesh(model_);
-  const TriangleMesh<double> other = dome<double>(7, 3);
+  const TriangleMesh other = dome(7, 3);
   fillModel(other, model_);
   model_.mesh();
   expectMesh(model_);
@@ -709,7 +710,7 @@ const std::vector<Mutation>& mutations() {
        }},
       {"build another mesh",
        [](Plain& m, auto&, auto&) {
-         const TriangleMesh<double> mesh = dome<double>(7, 3);
+         const TriangleMesh mesh = dome(7, 3);
          m.beginModel();
          freeWhatFclForgets(m);
          m.beginModel();
@@ -760,21 +761,52 @@ TEST_F(DropIn, NoticesChangesMadeThroughTheBase) {
     }
 }
 
+/// FCL's own calls on models in single precision, judged by their meshes, which are in double.
+TEST(DropInFloat, AnswersFclsCalls) {
+  std::mt19937 random(testSeed(15));
+  adaptive_bvh::AdaptiveBVHModel<TestVolume<float>> sheet, ball;
+  fillModel(plate(5, 4), sheet);
+  fillModel(dome(8, 3), ball);
+  Deformation deformation(plate(5, 4), Deformation::Kind::Smooth, 7);
+  sheet.mesh();
+  const auto& of_ball = ball.mesh();
+  const fcl::Transform3f still = fcl::Transform3f::Identity();
+  const fcl::CollisionGeometryf &a = sheet, &b = ball;
+  int touching = 0;
+  for (int frame = 0; frame < 20; ++frame) {
+    sheet.update(pointsIn<float>(deformation.next()));
+    const fcl::Transform3f tf = randomPose(random, 0.6).cast<float>();
+    const BruteForce brute(sheet.mesh(), still.cast<double>(), of_ball, tf.cast<double>());
+    fcl::DistanceResultf distance;
+    fcl::distance(&a, still, &b, tf, fcl::DistanceRequestf(), distance);
+    EXPECT_NEAR(brute.distance(), std::max(0.f, distance.min_distance), 1e-5) << frame;
+    fcl::CollisionResultf contacts;
+    fcl::collide(&a, still, &b, tf, fcl::CollisionRequestf(), contacts);
+    const bool touches = !brute.contacts().empty();
+    if (brute.distance() == 0 || brute.distance() > 1e-5) {
+      EXPECT_EQ(touches, contacts.isCollision());
+    }
+    touching += touches;
+  }
+  EXPECT_GT(touching, 2);
+  EXPECT_LT(touching, 18);
+}
+
 /// The change detector in single precision, where one step of the radius is 1e-7 of it.
 TEST(DropInFloat, NoticesChangesMadeThroughTheBase) {
-  const TriangleMesh<float> mesh = plate<float>(5, 4);
+  const TriangleMesh mesh = plate(5, 4);
   for (bool same : {false, true})
     for (bool refit : {false, true})
       for (bool bottomup : {false, true}) {
         adaptive_bvh::AdaptiveBVHModel<TestVolume<float>> model;
         fillModel(mesh, model);
-        Deformation<float> deformation(mesh, Deformation<float>::Kind::Smooth, 6);
-        model.update(deformation.next());
+        Deformation deformation(mesh, Deformation::Kind::Smooth, 6);
+        model.update(pointsIn<float>(deformation.next()));
         fcl::BVHModel<TestVolume<float>>& base = model;
         base.beginReplaceModel();
-        base.replaceSubModel(same ? deformation.positions() : deformation.next());
+        base.replaceSubModel(pointsIn<float>(same ? deformation.positions() : deformation.next()));
         base.endReplaceModel(refit, bottomup);
-        model.update(deformation.next());
+        model.update(pointsIn<float>(deformation.next()));
         EXPECT_TRUE(model.lastUpdate().resynchronised);
         std::string reason;
         EXPECT_TRUE(model.validate(&reason)) << reason;
@@ -822,12 +854,11 @@ TEST_F(DropIn, AnEmptyModelIsHarmless) {
   empty.computeLocalAABB();
   const AdaptiveModel copy(empty);
   fcl::DistanceResultd result;
-  EXPECT_EQ(
-      std::numeric_limits<double>::max(),
-      fcl::distance<double>(&empty, kIdentity, &obstacle_, above_, fcl::DistanceRequestd(), result))
+  EXPECT_EQ(std::numeric_limits<double>::max(),
+            fcl::distance(&empty, kIdentity, &obstacle_, above_, fcl::DistanceRequestd(), result))
       << "FCL: not supported; it crashes on an empty model of its own";
-  EXPECT_THROW(adaptive_bvh::distance<double>(&empty, kIdentity, &obstacle_, above_,
-                                              fcl::DistanceRequestd(), result),
+  EXPECT_THROW(adaptive_bvh::distance(&empty, kIdentity, &obstacle_, above_,
+                                      fcl::DistanceRequestd(), result),
                std::invalid_argument);
 }
 
@@ -843,14 +874,14 @@ TEST_F(DropIn, APointCloudIsBuiltAndUpdated) {
   }
   EXPECT_EQ(fcl::BV_UNKNOWN, cloud.getNodeType());
   fcl::CollisionResultd result;
-  EXPECT_THROW(adaptive_bvh::collide<double>(&cloud, kIdentity, &obstacle_, above_,
-                                             fcl::CollisionRequestd(), result),
+  EXPECT_THROW(adaptive_bvh::collide(&cloud, kIdentity, &obstacle_, above_,
+                                     fcl::CollisionRequestd(), result),
                std::invalid_argument);
 }
 
 TEST_F(DropIn, OddTrianglesAreFine) {
   const Point a(0, 0, 0), b(1, 0, 0), c(0, 1, 0);
-  const std::vector<TriangleMesh<double>> meshes = {
+  const std::vector<TriangleMesh> meshes = {
       {{a, b, c}, {fcl::Triangle(0, 1, 2)}},                                   // one
       {{a, b, c}, std::vector<fcl::Triangle>(9, fcl::Triangle(0, 1, 2))},      // duplicates
       {{a, b, c}, {fcl::Triangle(0, 0, 0), fcl::Triangle(0, 1, 1)}},           // degenerate
@@ -864,8 +895,8 @@ TEST_F(DropIn, OddTrianglesAreFine) {
       model.update(moved(mesh.vertices, 0.1 * (frame % 3)));
       expectSound(model);
       fcl::DistanceResultd result;
-      adaptive_bvh::distance<double>(&model, kIdentity, &obstacle_, above_, fcl::DistanceRequestd(),
-                                     result);
+      adaptive_bvh::distance(&model, kIdentity, &obstacle_, above_, fcl::DistanceRequestd(),
+                             result);
     }
   }
   AdaptiveModel unused;

@@ -38,10 +38,10 @@ struct OrientedNode<fcl::OBBRSSd> {
 /// A deforming dome, and the same built anew by FCL in every frame.
 class FclConsumers : public testing::Test {
  protected:
-  FclConsumers() : mesh_(dome<double>(9, 5)), deformation_(mesh_, Kind::Smooth, 3) {
+  FclConsumers() : mesh_(dome(9, 5)), deformation_(mesh_, Kind::Smooth, 3) {
     fillModel(mesh_, model_);
   }
-  using Kind = Deformation<double>::Kind;
+  using Kind = Deformation::Kind;
 
   void nextFrame() {
     mesh_.vertices = deformation_.next();
@@ -50,8 +50,8 @@ class FclConsumers : public testing::Test {
     fillModel(mesh_, *fresh_);
   }
 
-  TriangleMesh<double> mesh_;
-  Deformation<double> deformation_;
+  TriangleMesh mesh_;
+  Deformation deformation_;
   AdaptiveModel model_;
   std::unique_ptr<Plain> fresh_;
   std::mt19937 random_{21};
@@ -100,9 +100,8 @@ TEST_F(FclConsumers, Shapes) {
   int apart = 0, touching = 0;
   for (int frame = 0; frame < kFrames; ++frame) {
     nextFrame();
-    for (const auto& shape : boundedShapes<double>()) {
-      const Transform tf1 = randomPose<double>(random_, 0.3),
-                      tf2 = randomPose<double>(random_, 0.8);
+    for (const auto& shape : boundedShapes()) {
+      const Transform tf1 = randomPose(random_, 0.3), tf2 = randomPose(random_, 0.8);
       const double expected = distance(false, fresh_.get(), tf1, shape.get(), tf2);
       const std::set<long> hit = touched(false, fresh_.get(), fresh_.get(), tf1, shape.get(), tf2);
       ++(hit.empty() ? apart : touching);
@@ -117,7 +116,7 @@ TEST_F(FclConsumers, Shapes) {
       });
     }
     const fcl::Halfspaced below(fcl::Vector3d(0.2, 0.3, 1).normalized(), 0);
-    const Transform tf = randomPose<double>(random_, 0.4), still = Transform::Identity();
+    const Transform tf = randomPose(random_, 0.4), still = Transform::Identity();
     const std::set<long> hit = touched(false, fresh_.get(), fresh_.get(), tf, &below, still);
     eachWay(&model_, tf, &below, still, [&](bool recorded, auto... pair) {
       EXPECT_EQ(hit, touched(recorded, &model_, pair...));
@@ -142,7 +141,7 @@ TEST_F(FclConsumers, Octrees) {
   int apart = 0, touching = 0;
   for (int frame = 0; frame < kFrames; ++frame) {
     nextFrame();
-    const Transform tf1 = randomPose<double>(random_, 0.9), tf2 = randomPose<double>(random_, 0.9);
+    const Transform tf1 = randomPose(random_, 0.9), tf2 = randomPose(random_, 0.9);
     // Every occupied cell with every triangle, by the solver that FCL takes.
     double least = std::numeric_limits<double>::max();
     std::set<long> hit;
@@ -176,13 +175,12 @@ TEST_F(FclConsumers, OctreesWithBothSolvers) {
   for (auto solver : {fcl::GST_LIBCCD, fcl::GST_INDEP})
     for (int frame = 0; frame < kFrames; ++frame) {
       nextFrame();
-      const Transform tf1 = randomPose<double>(random_, 0.9),
-                      tf2 = randomPose<double>(random_, 0.9);
+      const Transform tf1 = randomPose(random_, 0.9), tf2 = randomPose(random_, 0.9);
       fcl::DistanceRequestd request(true);
       request.gjk_solver_type = solver;
       fcl::DistanceResultd by_fcl, recorded;
-      fcl::distance<double>(&model_, tf1, octree.get(), tf2, request, by_fcl);
-      adaptive_bvh::distance<double>(&model_, tf1, octree.get(), tf2, request, recorded);
+      fcl::distance(&model_, tf1, octree.get(), tf2, request, by_fcl);
+      adaptive_bvh::distance(&model_, tf1, octree.get(), tf2, request, recorded);
       EXPECT_EQ(by_fcl.o1, recorded.o1);
       EXPECT_EQ(by_fcl.o2, recorded.o2);
       EXPECT_NEAR(std::max(0., by_fcl.min_distance), recorded.min_distance, 2e-6);
@@ -197,9 +195,9 @@ TEST_F(FclConsumers, OctreesWithBothSolvers) {
       for (int k = 0; k < 2; ++k) {
         fcl::CollisionResultd contacts;
         if (k == 0)
-          fcl::collide<double>(&model_, tf1, octree.get(), tf2, with_contacts, contacts);
+          fcl::collide(&model_, tf1, octree.get(), tf2, with_contacts, contacts);
         else
-          adaptive_bvh::collide<double>(&model_, tf1, octree.get(), tf2, with_contacts, contacts);
+          adaptive_bvh::collide(&model_, tf1, octree.get(), tf2, with_contacts, contacts);
         for (std::size_t i = 0; i < contacts.numContacts(); ++i) {
           const fcl::Contactd& c = contacts.getContact(i);
           seen[k].emplace(c.o1, c.o2, c.b1, c.b2);
@@ -219,9 +217,9 @@ TEST_F(FclConsumers, AnEmptyOctreeIsFarAway) {
   const fcl::OcTreed nothing(0.1);
   const Transform still = Transform::Identity();
   fcl::DistanceResultd result;
-  EXPECT_EQ(std::numeric_limits<double>::max(),
-            adaptive_bvh::distance<double>(&model_, still, &nothing, still, fcl::DistanceRequestd(),
-                                           result));
+  EXPECT_EQ(
+      std::numeric_limits<double>::max(),
+      adaptive_bvh::distance(&model_, still, &nothing, still, fcl::DistanceRequestd(), result));
 }
 
 TEST_F(FclConsumers, NaiveContinuousCollision) {
@@ -229,9 +227,8 @@ TEST_F(FclConsumers, NaiveContinuousCollision) {
   int hits = 0, misses = 0;
   for (int frame = 0; frame < 2 * kFrames; ++frame) {
     nextFrame();
-    const Transform begin = randomPose<double>(random_, 1.5),
-                    end = randomPose<double>(random_, 1.5);
-    const Transform still = randomPose<double>(random_, 0.5);
+    const Transform begin = randomPose(random_, 1.5), end = randomPose(random_, 1.5);
+    const Transform still = randomPose(random_, 0.5);
     fcl::ContinuousCollisionRequestd request(20);
     request.ccd_solver_type = fcl::CCDC_NAIVE;
     request.ccd_motion_type = fcl::CCDM_LINEAR;
@@ -252,11 +249,11 @@ TEST_F(FclConsumers, NaiveContinuousCollision) {
 /// FCL goes on from where the last traversal stopped; the tree keeps its shape, so that holds over
 /// updates. FCL names a pair more than once then, and so it does here.
 TEST_F(FclConsumers, FrontLists) {
-  const TriangleMesh<double> hose = tube<double>(6, 6);
+  const TriangleMesh hose = tube(6, 6);
   AdaptiveModel other;
   fillModel(hose, other);
-  const Transform tf1 = randomPose<double>(random_, 0.2), tf2 = randomPose<double>(random_, 0.2);
-  Deformation<double> bend(hose, Kind::Smooth, 4);
+  const Transform tf1 = randomPose(random_, 0.2), tf2 = randomPose(random_, 0.2);
+  Deformation bend(hose, Kind::Smooth, 4);
   fcl::detail::BVHFrontList front;
   std::size_t contacts = 0;
   for (int frame = 0; frame < kFrames; ++frame) {
@@ -271,7 +268,7 @@ TEST_F(FclConsumers, FrontLists) {
     std::set<std::pair<int, int>> found;
     for (std::size_t i = 0; i < result.numContacts(); ++i)
       found.emplace(result.getContact(i).b1, result.getContact(i).b2);
-    EXPECT_EQ(BruteForce<double>(model_, tf1, other, tf2).contacts(), found);
+    EXPECT_EQ(BruteForce(model_, tf1, other, tf2).contacts(), found);
     contacts += found.size();
     EXPECT_FALSE(front.empty());
   }
@@ -282,7 +279,7 @@ template <typename Shape>
 void generatesInto(const Shape& shape, std::mt19937& random) {
   AdaptiveModel model;
   Plain plain;
-  const Transform pose = randomPose<double>(random, 0.5);
+  const Transform pose = randomPose(random, 0.5);
   const auto generate = [&](auto& into) {
     if constexpr (std::is_same_v<Shape, fcl::Boxd>)
       fcl::generateBVHModel(into, shape, pose);
@@ -293,18 +290,18 @@ void generatesInto(const Shape& shape, std::mt19937& random) {
   generate(plain);
   ASSERT_TRUE(model.validate());
   ASSERT_EQ(plain.num_tris, model.num_tris);
-  TriangleMesh<double> mesh;
+  TriangleMesh mesh;
   mesh.vertices.assign(model.vertices, model.vertices + model.num_vertices);
   mesh.triangles.assign(model.tri_indices, model.tri_indices + model.num_tris);
   const fcl::Boxd box(0.3, 0.4, 0.5);
-  Deformation<double> bend(mesh, Deformation<double>::Kind::Smooth, 9);
+  Deformation bend(mesh, Deformation::Kind::Smooth, 9);
   for (int frame = 0; frame < 8; ++frame) {
     model.update(bend.next());
     ASSERT_TRUE(model.validate());
     mesh.vertices = bend.positions();
     Plain fresh;
     fillModel(mesh, fresh);
-    const Transform tf = randomPose<double>(random, 1.5);
+    const Transform tf = randomPose(random, 1.5);
     EXPECT_NEAR(std::max(0., distance(false, &fresh, Transform::Identity(), &box, tf)),
                 std::max(0., distance(true, &model, Transform::Identity(), &box, tf)), 2e-6);
   }

@@ -40,10 +40,7 @@ int countTriangles(const BVHModel<BV>& model) {
   return model.num_tris;
 }
 
-template <typename S>
-double radiusOf(const CollisionGeometry<S>* geometry) {
-  return geometry->aabb_radius;
-}
+double radiusOf(const CollisionGeometry<double>* geometry) { return geometry->aabb_radius; }
 
 template <typename BV>
 double heightOf(BVHModel<BV>* model) {
@@ -60,7 +57,7 @@ Transform3d at(double x, double y, double z) {
 
 template <typename Model>
 std::shared_ptr<Model> makeDome() {
-  const auto mesh = adaptive_bvh_test::dome<double>(9, 4);
+  const auto mesh = adaptive_bvh_test::dome(9, 4);
   auto model = std::make_shared<Model>();
   model->beginModel();
   model->addSubModel(mesh.vertices, mesh.triangles);
@@ -101,7 +98,7 @@ std::vector<double> answersOf() {
   answers.push_back(distance(&one, &other, request, between));
   CollisionResultd common;
   answers.push_back(double(collide(&one, &third, CollisionRequestd(), common)));
-  answers.push_back(radiusOf(geometry.get()) + radiusOf(read_only.get()) + radiusOf<double>(&a));
+  answers.push_back(radiusOf(geometry.get()) + radiusOf(read_only.get()) + radiusOf(&a));
 
   DynamicAABBTreeCollisionManagerd manager;
   for (CollisionObjectd* object : {&one, &other, &third}) manager.registerObject(object);
@@ -152,7 +149,7 @@ TEST(Namespace, OursIsFoundByItsName) {
   distance(a.get(), origin, b.get(), above, request, by_fcl);
   EXPECT_EQ(0, a->recordedWork().queries);
   adaptive_bvh::distance(a.get(), origin, b.get(), above, request, by_name);
-  adaptive_bvh::distance<double>(a.get(), origin, b.get(), above, DistanceRequestd(), by_type);
+  adaptive_bvh::distance(a.get(), origin, b.get(), above, DistanceRequestd(), by_type);
   const CollisionObjectd one(a, origin), other(b, above);
   adaptive_bvh::distance(&one, &other, request, by_objects);
   EXPECT_EQ(3, a->recordedWork().queries);
@@ -162,7 +159,7 @@ TEST(Namespace, OursIsFoundByItsName) {
   CollisionResultd contacts;
   EXPECT_EQ(0u,
             adaptive_bvh::collide(a.get(), origin, b.get(), above, CollisionRequestd(), contacts));
-  EXPECT_EQ(0u, adaptive_bvh::collide<double>(&one, &other, CollisionRequestd(), contacts));
+  EXPECT_EQ(0u, adaptive_bvh::collide(&one, &other, CollisionRequestd(), contacts));
   EXPECT_EQ(5, a->recordedWork().queries);
   EXPECT_EQ(0u, selfCollide(a->mesh(), CollisionRequestd(100000), contacts));  // FCL has none
 }

@@ -18,14 +18,11 @@
 namespace adaptive_bvh_test {
 namespace octree_test {
 
-template <typename S>
-using Model = adaptive_bvh::AdaptiveBVHModel<TestVolume<S>>;
-template <typename S>
-using Octree = std::shared_ptr<fcl::OcTree<S>>;
+using Model = adaptive_bvh::AdaptiveBVHModel<TestVolume<double>>;
+using Octree = std::shared_ptr<fcl::OcTreed>;
 
 /// A wavy sheet of columns^2 cells and some strewn ones, every seventh free.
-template <typename S>
-Octree<S> sheet(double cell, int columns) {
+Octree sheet(double cell, int columns) {
   auto tree = std::make_shared<octomap::OcTree>(cell);
   for (int i = 0; i < columns; ++i)
     for (int j = 0; j < columns; ++j) {
@@ -35,12 +32,11 @@ Octree<S> sheet(double cell, int columns) {
       tree->updateNode(octomap::point3d(float(x), float(y), float(z)), occupied);
     }
   tree->updateInnerOccupancy();
-  return std::make_shared<fcl::OcTree<S>>(tree);
+  return std::make_shared<fcl::OcTreed>(tree);
 }
 
 /// The surface of a sphere of radius 1.
-template <typename S>
-Octree<S> shell(double cell) {
+Octree shell(double cell) {
   auto tree = std::make_shared<octomap::OcTree>(cell);
   const int steps = int(4 / cell);
   for (int i = 0; i <= steps; ++i)
@@ -52,42 +48,39 @@ Octree<S> shell(double cell) {
           true, true);
     }
   tree->updateInnerOccupancy();
-  return std::make_shared<fcl::OcTree<S>>(tree);
+  return std::make_shared<fcl::OcTreed>(tree);
 }
 
 /// Triangles of all kinds: a dome, a large one, slivers, needles and points.
-template <typename S>
-TriangleMesh<S> mixture() {
-  TriangleMesh<S> mesh = dome<S>(6, 3);
-  const auto add = [&](const Vector3<S>& a, const Vector3<S>& b, const Vector3<S>& c) {
+TriangleMesh mixture() {
+  TriangleMesh mesh = dome(6, 3);
+  const auto add = [&](const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& c) {
     const std::size_t v = mesh.vertices.size();
     mesh.vertices.insert(mesh.vertices.end(), {a, b, c});
     mesh.triangles.emplace_back(v, v + 1, v + 2);
   };
-  const Vector3<S> p(S(-0.4), S(0.1), S(0.2)), q(S(0.5), S(-0.3), S(0.1));
-  add({-1, -1, S(0.2)}, {1, S(-0.9), 0}, {0, 1, S(-0.2)});
-  add(p, q, (p + q) / 2);                                         // collinear
-  add(p, q, p + (q - p) / 3 + Vector3<S>(0, 0, S(1e-6)));         // nearly so
-  add(q, p, p);                                                   // an edge
-  add(p, p, p);                                                   // a point
-  add({0, 0, 0}, {1, 0, 0}, {S(0.3), 0, 0});                      // collinear, along an axis
-  add({0, 0, S(0.01)}, {0, S(0.7), S(0.01)}, {0, 0, S(0.0101)});  // a needle
+  const fcl::Vector3d p(-0.4, 0.1, 0.2), q(0.5, -0.3, 0.1);
+  add({-1, -1, 0.2}, {1, -0.9, 0}, {0, 1, -0.2});
+  add(p, q, (p + q) / 2);                                  // collinear
+  add(p, q, p + (q - p) / 3 + fcl::Vector3d(0, 0, 1e-6));  // nearly so
+  add(q, p, p);                                            // an edge
+  add(p, p, p);                                            // a point
+  add({0, 0, 0}, {1, 0, 0}, {0.3, 0, 0});                  // collinear, along an axis
+  add({0, 0, 0.01}, {0, 0.7, 0.01}, {0, 0, 0.0101});       // a needle
   return mesh;
 }
 
-template <typename S>
-using CellBox = std::pair<const octomap::OcTreeNode*, fcl::AABB<S>>;
+using CellBox = std::pair<const octomap::OcTreeNode*, fcl::AABBd>;
 
-template <typename S>
-void addCells(const fcl::OcTree<S>& octree, const octomap::OcTreeNode* node,
-              const fcl::AABB<S>& box, std::vector<CellBox<S>>& cells) {
+void addCells(const fcl::OcTreed& octree, const octomap::OcTreeNode* node, const fcl::AABBd& box,
+              std::vector<CellBox>& cells) {
   if (!octree.nodeHasChildren(node)) {
     if (octree.isNodeOccupied(node)) cells.emplace_back(node, box);
     return;
   }
   for (unsigned i = 0; i < 8; ++i)
     if (octree.nodeChildExists(node, i)) {
-      fcl::AABB<S> child;
+      fcl::AABBd child;
       fcl::computeChildBV(box, i, child);
       addCells(octree, octree.getNodeChild(node, i), child, cells);
     }
@@ -96,21 +89,19 @@ void addCells(const fcl::OcTree<S>& octree, const octomap::OcTreeNode* node,
 using Pairs = std::set<std::pair<long, long>>;
 
 /// Every occupied cell with every triangle, in long double.
-template <typename S>
 class BruteForceOctree {
  public:
-  BruteForceOctree(const BodyView<S>& mesh, const fcl::Transform3<S>& mesh_tf,
-                   const fcl::OcTree<S>& octree, const fcl::Transform3<S>& octree_tf) {
-    std::vector<CellBox<S>> cells;
+  BruteForceOctree(const BodyView& mesh, const fcl::Transform3d& mesh_tf,
+                   const fcl::OcTreed& octree, const fcl::Transform3d& octree_tf) {
+    std::vector<CellBox> cells;
     addCells(octree, octree.getRoot(), octree.getRootBV(), cells);
-    const fcl::Transform3d to_octree = octree_tf.template cast<double>().inverse(Eigen::Isometry) *
-                                       mesh_tf.template cast<double>();
+    const fcl::Transform3d to_octree = octree_tf.inverse(Eigen::Isometry) * mesh_tf;
     for (int t = 0; t < mesh.num_tris; ++t) {
       exact::Triangle triangle;
       for (std::size_t k = 0; k < 3; ++k)
-        triangle[k] = exact::of(Eigen::Vector3d(
-            to_octree * mesh.vertices[mesh.tri_indices[t][int(k)]].template cast<double>()));
-      for (const CellBox<S>& cell : cells) {
+        triangle[k] =
+            exact::of(Eigen::Vector3d(to_octree * mesh.vertices[mesh.tri_indices[t][int(k)]]));
+      for (const CellBox& cell : cells) {
         if (gapOfBoxes(cell.second, triangle) > distance) continue;
         const exact::Real d = exactly(cell.second, triangle);
         distance = std::min(distance, d);
@@ -119,16 +110,16 @@ class BruteForceOctree {
     }
   }
 
-  exact::Real distance = std::numeric_limits<S>::max();
+  exact::Real distance = std::numeric_limits<double>::max();
   Pairs contacts;
 
  private:
-  static exact::Real gapOfBoxes(const fcl::AABB<S>& cell, const exact::Triangle& t) {
+  static exact::Real gapOfBoxes(const fcl::AABBd& cell, const exact::Triangle& t) {
     const exact::Point low = t[0].cwiseMin(t[1]).cwiseMin(t[2]) - exact::of(cell.max_),
                        high = exact::of(cell.min_) - t[0].cwiseMax(t[1]).cwiseMax(t[2]);
     return low.cwiseMax(high).cwiseMax(exact::Point::Zero()).norm();
   }
-  static exact::Real exactly(const fcl::AABB<S>& cell, const exact::Triangle& t) {
+  static exact::Real exactly(const fcl::AABBd& cell, const exact::Triangle& t) {
     const exact::Point ends[2] = {exact::of(cell.min_), exact::of(cell.max_)};
     for (const exact::Point& x : t)
       if ((x.array() >= ends[0].array()).all() && (x.array() <= ends[1].array()).all()) return 0;
@@ -149,8 +140,7 @@ class BruteForceOctree {
 };
 
 /// Cell and triangle of every contact; in the result the octree is first.
-template <typename S>
-std::vector<std::pair<long, long>> contactsIn(const fcl::CollisionResult<S>& result) {
+std::vector<std::pair<long, long>> contactsIn(const fcl::CollisionResultd& result) {
   std::vector<std::pair<long, long>> contacts;
   for (std::size_t i = 0; i < result.numContacts(); ++i)
     contacts.emplace_back(result.getContact(i).b1, result.getContact(i).b2);
@@ -160,31 +150,30 @@ std::vector<std::pair<long, long>> contactsIn(const fcl::CollisionResult<S>& res
 template <typename Body>
 class OctreeTest : public testing::Test {
  protected:
-  using S = ScalarOf<Body>;
-  using Transform = fcl::Transform3<S>;
+  using Transform = fcl::Transform3d;
 
-  fcl::CollisionResult<S> ask(bool octree_first, const fcl::OcTree<S>& octree,
-                              const fcl::CollisionRequest<S>& request) {
-    const fcl::CollisionGeometry<S>*o1 = &model_, *o2 = &octree;
+  fcl::CollisionResultd ask(bool octree_first, const fcl::OcTreed& octree,
+                            const fcl::CollisionRequestd& request) {
+    const fcl::CollisionGeometryd *o1 = &model_, *o2 = &octree;
     Transform tf1 = mesh_tf_, tf2 = octree_tf_;
     if (octree_first) {
       std::swap(o1, o2);
       std::swap(tf1, tf2);
     }
-    fcl::CollisionResult<S> result;
-    adaptive_bvh::collide<S>(o1, tf1, o2, tf2, request, result);
+    fcl::CollisionResultd result;
+    adaptive_bvh::collide(o1, tf1, o2, tf2, request, result);
     return result;
   }
 
-  S distance(bool octree_first, const fcl::OcTree<S>& octree) {
-    fcl::DistanceResult<S> result;
-    const fcl::DistanceRequest<S> request;
+  double distance(bool octree_first, const fcl::OcTreed& octree) {
+    fcl::DistanceResultd result;
+    const fcl::DistanceRequestd request;
     return octree_first
-               ? adaptive_bvh::distance<S>(&octree, octree_tf_, &model_, mesh_tf_, request, result)
-               : adaptive_bvh::distance<S>(&model_, mesh_tf_, &octree, octree_tf_, request, result);
+               ? adaptive_bvh::distance(&octree, octree_tf_, &model_, mesh_tf_, request, result)
+               : adaptive_bvh::distance(&model_, mesh_tf_, &octree, octree_tf_, request, result);
   }
 
-  Body model_ = makeBody<Body>(mixture<S>());
+  Body model_ = makeBody<Body>(mixture());
   Transform mesh_tf_ = Transform::Identity(), octree_tf_ = Transform::Identity();
   std::mt19937 random_{testSeed(5)};
 };
@@ -192,25 +181,24 @@ class OctreeTest : public testing::Test {
 TYPED_TEST_SUITE(OctreeTest, TestBodies);
 
 TYPED_TEST(OctreeTest, EveryPairIsFoundWhateverTheSizes) {
-  using S = ScalarOf<TypeParam>;
   int apart = 0, touching = 0;
   for (double cell : {0.02, 0.1, 0.5, 2.}) {
-    const Octree<S> octree = sheet<S>(cell, cell < 1 ? 12 : 4);
-    const S reach = S(std::max(0.6, 4 * cell));
+    const Octree octree = sheet(cell, cell < 1 ? 12 : 4);
+    const double reach = double(std::max(0.6, 4 * cell));
     for (int i = 0; i < 24; ++i) {
-      this->mesh_tf_ = randomPose<S>(this->random_, reach);
-      this->octree_tf_ = randomPose<S>(this->random_, S(0.3));
-      const BruteForceOctree<S> expected(this->model_, this->mesh_tf_, *octree, this->octree_tf_);
+      this->mesh_tf_ = randomPose(this->random_, reach);
+      this->octree_tf_ = randomPose(this->random_, 0.3);
+      const BruteForceOctree expected(this->model_, this->mesh_tf_, *octree, this->octree_tf_);
       ++(expected.contacts.empty() ? apart : touching);
       for (bool octree_first : {false, true}) {
         for (bool with_points : {false, true}) {
-          const fcl::CollisionRequest<S> all(100000, with_points);
+          const fcl::CollisionRequestd all(100000, with_points);
           const auto found = contactsIn(this->ask(octree_first, *octree, all));
           EXPECT_EQ(expected.contacts, Pairs(found.begin(), found.end()));
           EXPECT_EQ(expected.contacts.size(), found.size());
         }
         EXPECT_NEAR(double(expected.distance), double(this->distance(octree_first, *octree)),
-                    64 * std::numeric_limits<S>::epsilon() * reach);
+                    64 * std::numeric_limits<double>::epsilon() * reach);
       }
     }
   }
@@ -220,15 +208,14 @@ TYPED_TEST(OctreeTest, EveryPairIsFoundWhateverTheSizes) {
 
 /// With the fields that a request for all gives.
 TYPED_TEST(OctreeTest, ARequestForFewContactsGetsSome) {
-  using S = ScalarOf<TypeParam>;
-  const Octree<S> octree = sheet<S>(0.05, 16);
+  const Octree octree = sheet(0.05, 16);
   std::size_t found = 0;
   for (int i = 0; i < 20; ++i) {
-    this->mesh_tf_ = randomPose<S>(this->random_, S(0.3));
-    const auto all = this->ask(false, *octree, fcl::CollisionRequest<S>(100000, true));
+    this->mesh_tf_ = randomPose(this->random_, 0.3);
+    const auto all = this->ask(false, *octree, fcl::CollisionRequestd(100000, true));
     const auto names = contactsIn(all);
     for (std::size_t most : {1, 4}) {
-      const auto result = this->ask(false, *octree, fcl::CollisionRequest<S>(most, true));
+      const auto result = this->ask(false, *octree, fcl::CollisionRequestd(most, true));
       ASSERT_EQ(std::min(most, names.size()), result.numContacts());
       for (std::size_t k = 0; k < result.numContacts(); ++k) {
         const auto named = std::find(names.begin(), names.end(), contactsIn(result)[k]);
@@ -245,31 +232,30 @@ TYPED_TEST(OctreeTest, ARequestForFewContactsGetsSome) {
 
 /// Two triangles and tens of thousands of cells: the cells that touch are tested, few others.
 TEST(OctreeWork, FewMorePairsAreTestedThanTouch) {
-  const Octree<double> octree = shell<double>(0.02);
-  TriangleMesh<double> square = plate<double>(1, 1, 2.2, 2.2);
-  for (Vector3<double>& p : square.vertices) p -= Vector3<double>(1.1, 1.1, 0);
-  Model<double> model;
+  const Octree octree = shell(0.02);
+  TriangleMesh square = plate(1, 1, 2.2, 2.2);
+  for (fcl::Vector3d& p : square.vertices) p -= fcl::Vector3d(1.1, 1.1, 0);
+  Model model;
   fillModel(square, model);
   const fcl::Transform3d still = fcl::Transform3d::Identity();
   fcl::Transform3d pose = still;
   pose.linear() = fcl::AngleAxisd(0.4, fcl::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
 
   fcl::CollisionResultd contacts;
-  adaptive_bvh::collide<double>(&model, pose, octree.get(), still, fcl::CollisionRequestd(100000),
-                                contacts);
+  adaptive_bvh::collide(&model, pose, octree.get(), still, fcl::CollisionRequestd(100000),
+                        contacts);
   EXPECT_GT(contacts.numContacts(), 300u);
   EXPECT_LE(model.recordedWork().leaf_tests, long(contacts.numContacts() * 5 / 4));
 
   long before = model.recordedWork().leaf_tests;
   fcl::DistanceResultd none, nearest;
-  adaptive_bvh::distance<double>(&model, pose, octree.get(), still, fcl::DistanceRequestd(), none);
+  adaptive_bvh::distance(&model, pose, octree.get(), still, fcl::DistanceRequestd(), none);
   EXPECT_LE(none.min_distance, 0);
   EXPECT_EQ(1, model.recordedWork().leaf_tests - before);
 
   pose.translation() << 0.1, 0.2, 2.5;
   before = model.recordedWork().leaf_tests;
-  adaptive_bvh::distance<double>(&model, pose, octree.get(), still, fcl::DistanceRequestd(),
-                                 nearest);
+  adaptive_bvh::distance(&model, pose, octree.get(), still, fcl::DistanceRequestd(), nearest);
   EXPECT_GT(nearest.min_distance, 0);
   EXPECT_LE(model.recordedWork().leaf_tests - before, 200);
 }

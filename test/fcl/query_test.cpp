@@ -23,13 +23,11 @@ namespace query_test {
 
 using adaptive_bvh::AdaptiveBVHModel;
 
-template <typename S>
-using Geometry = fcl::CollisionGeometry<S>;
+using Geometry = fcl::CollisionGeometryd;
 
-template <typename S>
-void expectEqual(const fcl::DistanceResult<S>& a, const fcl::DistanceResult<S>& b,
+void expectEqual(const fcl::DistanceResultd& a, const fcl::DistanceResultd& b,
                  bool with_points = true) {
-  EXPECT_NEAR(a.min_distance, b.min_distance, 64 * std::numeric_limits<S>::epsilon());
+  EXPECT_NEAR(a.min_distance, b.min_distance, 64 * std::numeric_limits<double>::epsilon());
   EXPECT_EQ(a.o1, b.o1);
   EXPECT_EQ(a.o2, b.o2);
   EXPECT_EQ(a.b1, b.b1);
@@ -39,11 +37,10 @@ void expectEqual(const fcl::DistanceResult<S>& a, const fcl::DistanceResult<S>& 
   EXPECT_EQ(a.nearest_points[1], b.nearest_points[1]);
 }
 
-template <typename S>
-void expectEqual(const fcl::CollisionResult<S>& a, const fcl::CollisionResult<S>& b) {
+void expectEqual(const fcl::CollisionResultd& a, const fcl::CollisionResultd& b) {
   ASSERT_EQ(a.numContacts(), b.numContacts());
   for (std::size_t i = 0; i < a.numContacts(); ++i) {
-    const fcl::Contact<S>&x = a.getContact(i), &y = b.getContact(i);
+    const fcl::Contactd &x = a.getContact(i), &y = b.getContact(i);
     EXPECT_EQ(x.o1, y.o1);
     EXPECT_EQ(x.o2, y.o2);
     EXPECT_EQ(x.b1, y.b1);
@@ -52,8 +49,8 @@ void expectEqual(const fcl::CollisionResult<S>& a, const fcl::CollisionResult<S>
     EXPECT_EQ(x.normal, y.normal);
     EXPECT_EQ(x.penetration_depth, y.penetration_depth);
   }
-  fcl::CollisionResult<S> copy_a(a), copy_b(b);
-  std::vector<fcl::CostSource<S>> costs_a, costs_b;
+  fcl::CollisionResultd copy_a(a), copy_b(b);
+  std::vector<fcl::CostSourced> costs_a, costs_b;
   copy_a.getCostSources(costs_a);
   copy_b.getCostSources(costs_b);
   ASSERT_EQ(costs_a.size(), costs_b.size());
@@ -65,25 +62,23 @@ void expectEqual(const fcl::CollisionResult<S>& a, const fcl::CollisionResult<S>
 }
 
 /// A mesh of one triangle of another.
-template <typename S>
-std::shared_ptr<fcl::BVHModel<TestVolume<S>>> triangleOf(const fcl::BVHModel<TestVolume<S>>& mesh,
-                                                         int triangle) {
+std::shared_ptr<fcl::BVHModel<TestVolume<double>>> triangleOf(
+    const fcl::BVHModel<TestVolume<double>>& mesh, int triangle) {
   const fcl::Triangle& t = mesh.tri_indices[triangle];
-  auto one = std::make_shared<fcl::BVHModel<TestVolume<S>>>();
-  fillModel(TriangleMesh<S>{{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]},
-                            {fcl::Triangle(0, 1, 2)}},
+  auto one = std::make_shared<fcl::BVHModel<TestVolume<double>>>();
+  fillModel(TriangleMesh{{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]},
+                         {fcl::Triangle(0, 1, 2)}},
             *one);
   return one;
 }
 
-template <typename S>
 class Query : public testing::Test {
  protected:
-  using Model = AdaptiveBVHModel<TestVolume<S>>;
+  using Model = AdaptiveBVHModel<TestVolume<double>>;
 
-  Query() : deformation_(dome<S>(9, 4), Deformation<S>::Kind::Smooth, 5) {
-    fillModel(dome<S>(9, 4), model_);
-    fillModel(tube<S>(5, 5), other_);
+  Query() : deformation_(dome(9, 4), Deformation::Kind::Smooth, 5) {
+    fillModel(dome(9, 4), model_);
+    fillModel(tube(5, 5), other_);
   }
 
   void deform() {
@@ -92,47 +87,43 @@ class Query : public testing::Test {
   }
 
   Model model_;
-  fcl::BVHModel<TestVolume<S>> other_;
-  Deformation<S> deformation_;
+  fcl::BVHModel<TestVolume<double>> other_;
+  Deformation deformation_;
   std::mt19937 random_{3};
 };
 
-using Scalars = TestScalars;
-TYPED_TEST_SUITE(Query, Scalars);
-
 /// FCL's solvers end somewhat too far away; shape_distance_test.cpp is exact.
-TYPED_TEST(Query, MeshShapeDistanceIsNearFcls) {
-  using S = TypeParam;
+TEST_F(Query, MeshShapeDistanceIsNearFcls) {
   int touching = 0, apart = 0, queries = 0, traversed = 0;
-  for (const auto& shape : boundedShapes<S>())
+  for (const auto& shape : boundedShapes())
     for (int frame = 0; frame < 12; ++frame) {
       this->deform();
-      const fcl::Transform3<S> tf1 = randomPose<S>(this->random_, S(0.3));
-      const fcl::Transform3<S> tf2 = randomPose<S>(this->random_, S(0.9));
-      const Geometry<S>* mesh = &this->model_;
-      const fcl::DistanceRequest<S> request(true);
+      const fcl::Transform3d tf1 = randomPose(this->random_, 0.3);
+      const fcl::Transform3d tf2 = randomPose(this->random_, 0.9);
+      const Geometry* mesh = &this->model_;
+      const fcl::DistanceRequestd request(true);
       for (bool mesh_first : {true, false}) {
-        fcl::DistanceResult<S> by_fcl, recorded;
+        fcl::DistanceResultd by_fcl, recorded;
         const auto* o1 = mesh_first ? mesh : shape.get();
         const auto* o2 = mesh_first ? shape.get() : mesh;
-        const S a = fcl::distance<S>(o1, tf1, o2, tf2, request, by_fcl);
-        const S b = adaptive_bvh::distance<S>(o1, tf1, o2, tf2, request, recorded);
+        const double a = fcl::distance(o1, tf1, o2, tf2, request, by_fcl);
+        const double b = adaptive_bvh::distance(o1, tf1, o2, tf2, request, recorded);
         EXPECT_EQ(b, recorded.min_distance);
         // FCL leaves the distance of a sphere that touches uninitialised.
-        if (shape->getNodeType() != fcl::GEOM_SPHERE || b > S(1e-3)) {
-          EXPECT_NEAR(std::max(a, S(0)), b, S(1e-3));
+        if (shape->getNodeType() != fcl::GEOM_SPHERE || b > 1e-3) {
+          EXPECT_NEAR(std::max(a, 0.), b, 1e-3);
         }
         EXPECT_EQ(mesh, recorded.o1);
         EXPECT_EQ(shape.get(), recorded.o2);
         EXPECT_EQ(-1, recorded.b2);
         ++(b > 0 ? apart : touching);
         // Several triangles may be as near, or touch: the one that is named is.
-        const auto named = triangleOf<S>(this->model_, int(recorded.b1));
-        fcl::DistanceResult<S> of_named;
+        const auto named = triangleOf(this->model_, int(recorded.b1));
+        fcl::DistanceResultd of_named;
         EXPECT_NEAR(b,
-                    adaptive_bvh::distance<S>(named.get(), mesh_first ? tf1 : tf2, shape.get(),
-                                              mesh_first ? tf2 : tf1, request, of_named),
-                    S(1e-6));
+                    adaptive_bvh::distance(named.get(), mesh_first ? tf1 : tf2, shape.get(),
+                                           mesh_first ? tf2 : tf1, request, of_named),
+                    1e-6);
       }
       EXPECT_GE(this->model_.recordedWork().queries, 1);
       ++queries;
@@ -144,27 +135,26 @@ TYPED_TEST(Query, MeshShapeDistanceIsNearFcls) {
   EXPECT_GT(apart, 50);
 }
 
-TYPED_TEST(Query, MeshShapeCollisionHasFclsTrianglesAndCosts) {
-  using S = TypeParam;
-  std::vector<std::shared_ptr<Geometry<S>>> shapes = boundedShapes<S>();
-  shapes.push_back(std::make_shared<fcl::Halfspace<S>>(Vector3<S>(0, 0, 1), S(0.1)));
+TEST_F(Query, MeshShapeCollisionHasFclsTrianglesAndCosts) {
+  std::vector<std::shared_ptr<Geometry>> shapes = boundedShapes();
+  shapes.push_back(std::make_shared<fcl::Halfspaced>(fcl::Vector3d(0, 0, 1), 0.1));
   int colliding = 0, costs = 0;
   for (const auto& shape : shapes)
     for (int frame = 0; frame < 8; ++frame) {
       this->deform();
-      const fcl::Transform3<S> tf1 = randomPose<S>(this->random_, S(0.2));
-      const fcl::Transform3<S> tf2 = randomPose<S>(this->random_, S(0.6));
-      const fcl::CollisionRequest<S> request(frame % 2 ? 1 : 1000, frame % 4 < 3, 10,
-                                             frame % 3 == 0, frame % 6 == 0);
-      const Geometry<S>* mesh = &this->model_;
+      const fcl::Transform3d tf1 = randomPose(this->random_, 0.2);
+      const fcl::Transform3d tf2 = randomPose(this->random_, 0.6);
+      const fcl::CollisionRequestd request(frame % 2 ? 1 : 1000, frame % 4 < 3, 10, frame % 3 == 0,
+                                           frame % 6 == 0);
+      const Geometry* mesh = &this->model_;
       for (bool mesh_first : {true, false}) {
-        fcl::CollisionResult<S> by_fcl, recorded;
+        fcl::CollisionResultd by_fcl, recorded;
         const auto* o1 = mesh_first ? mesh : shape.get();
         const auto* o2 = mesh_first ? shape.get() : mesh;
-        const std::size_t a = fcl::collide<S>(o1, tf1, o2, tf2, request, by_fcl);
-        const std::size_t b = adaptive_bvh::collide<S>(o1, tf1, o2, tf2, request, recorded);
+        const std::size_t a = fcl::collide(o1, tf1, o2, tf2, request, by_fcl);
+        const std::size_t b = adaptive_bvh::collide(o1, tf1, o2, tf2, request, recorded);
         EXPECT_EQ(a, b);
-        std::vector<fcl::CostSource<S>> costs_a, costs_b;
+        std::vector<fcl::CostSourced> costs_a, costs_b;
         by_fcl.getCostSources(costs_a);
         recorded.getCostSources(costs_b);
         EXPECT_EQ(costs_a.size(), costs_b.size());
@@ -182,26 +172,25 @@ TYPED_TEST(Query, MeshShapeCollisionHasFclsTrianglesAndCosts) {
 
 /// FCL's RSS of a plane is perpendicular to it, so its traversal misses most contacts. The oracle
 /// is the solver, called for every triangle.
-TYPED_TEST(Query, PlanesTouchWhatTheSolverSays) {
-  using S = TypeParam;
+TEST_F(Query, PlanesTouchWhatTheSolverSays) {
   int touching = 0, missed = 0;
   for (int frame = 0; frame < 60; ++frame) {
     this->deform();
-    const fcl::Transform3<S> tf1 = randomPose<S>(this->random_, S(0.2));
-    const fcl::Transform3<S> tf2 = randomPose<S>(this->random_, S(0.6));
-    const fcl::Plane<S> plane(Vector3<S>(1, frame % 3, frame % 5).normalized(), S(0.1));
+    const fcl::Transform3d tf1 = randomPose(this->random_, 0.2);
+    const fcl::Transform3d tf2 = randomPose(this->random_, 0.6);
+    const fcl::Planed plane(fcl::Vector3d(1, frame % 3, frame % 5).normalized(), 0.1);
     std::vector<long> expected, found;
     for (int t = 0; t < this->model_.num_tris; ++t) {
       const fcl::Triangle& c = this->model_.tri_indices[t];
-      const Vector3<S>* v = this->model_.vertices;
-      if (fcl::detail::GJKSolver_libccd<S>().shapeTriangleIntersect(
+      const fcl::Vector3d* v = this->model_.vertices;
+      if (fcl::detail::GJKSolver_libccd<double>().shapeTriangleIntersect(
               plane, tf2, v[c[0]], v[c[1]], v[c[2]], tf1, nullptr, nullptr, nullptr))
         expected.push_back(t);
     }
-    const fcl::CollisionRequest<S> all(100000, frame % 2 == 0);
-    fcl::CollisionResult<S> ours, by_fcl;
-    adaptive_bvh::collide<S>(&this->model_, tf1, &plane, tf2, all, ours);
-    fcl::collide<S>(&this->model_, tf1, &plane, tf2, all, by_fcl);
+    const fcl::CollisionRequestd all(100000, frame % 2 == 0);
+    fcl::CollisionResultd ours, by_fcl;
+    adaptive_bvh::collide(&this->model_, tf1, &plane, tf2, all, ours);
+    fcl::collide(&this->model_, tf1, &plane, tf2, all, by_fcl);
     for (std::size_t i = 0; i < ours.numContacts(); ++i) found.push_back(ours.getContact(i).b1);
     std::sort(found.begin(), found.end());
     EXPECT_EQ(expected, found);
@@ -209,35 +198,34 @@ TYPED_TEST(Query, PlanesTouchWhatTheSolverSays) {
     missed += by_fcl.numContacts() < expected.size();
   }
   EXPECT_GT(touching, 30);
-  if (std::is_same_v<TestVolume<S>, fcl::RSS<S>>) {
+  if (std::is_same_v<TestVolume<double>, fcl::RSSd>) {
     EXPECT_GT(missed, 20);
   }
 }
 
 /// fcl::collide copies, moves and rebuilds the models: other trees, the same set of contacts.
-TYPED_TEST(Query, MeshMeshCollisionHasFclsContacts) {
-  using S = TypeParam;
+TEST_F(Query, MeshMeshCollisionHasFclsContacts) {
   using Key = std::tuple<int, int>;
   int colliding = 0;
   for (int frame = 0; frame < 60; ++frame) {
     this->deform();
-    const fcl::Transform3<S> tf1 = randomPose<S>(this->random_, S(0.2));
-    const fcl::Transform3<S> tf2 = randomPose<S>(this->random_, S(0.6));
-    const fcl::CollisionRequest<S> request(100000, true);
-    fcl::CollisionResult<S> by_fcl, recorded;
-    const Geometry<S>*o1 = &this->model_, *o2 = &this->other_;
-    fcl::collide<S>(o1, tf1, o2, tf2, request, by_fcl);
-    adaptive_bvh::collide<S>(o1, tf1, o2, tf2, request, recorded);
+    const fcl::Transform3d tf1 = randomPose(this->random_, 0.2);
+    const fcl::Transform3d tf2 = randomPose(this->random_, 0.6);
+    const fcl::CollisionRequestd request(100000, true);
+    fcl::CollisionResultd by_fcl, recorded;
+    const Geometry *o1 = &this->model_, *o2 = &this->other_;
+    fcl::collide(o1, tf1, o2, tf2, request, by_fcl);
+    adaptive_bvh::collide(o1, tf1, o2, tf2, request, recorded);
     ASSERT_EQ(by_fcl.numContacts(), recorded.numContacts());
-    const auto sorted = [](const fcl::CollisionResult<S>& result) {
-      std::multimap<Key, fcl::Contact<S>> contacts;
+    const auto sorted = [](const fcl::CollisionResultd& result) {
+      std::multimap<Key, fcl::Contactd> contacts;
       for (std::size_t i = 0; i < result.numContacts(); ++i) {
-        const fcl::Contact<S>& c = result.getContact(i);
+        const fcl::Contactd& c = result.getContact(i);
         contacts.emplace(Key(c.b1, c.b2), c);
       }
       return contacts;
     };
-    const S close = std::is_same<S, float>::value ? S(2e-3) : S(1e-9);
+    const double close = 1e-9;
     const auto expected = sorted(by_fcl), found = sorted(recorded);
     for (auto x = expected.begin(), y = found.begin(); x != expected.end(); ++x, ++y) {
       EXPECT_EQ(x->first, y->first);
@@ -248,93 +236,84 @@ TYPED_TEST(Query, MeshMeshCollisionHasFclsContacts) {
     }
     colliding += !expected.empty();
 
-    fcl::CollisionResult<S> first_contact;
-    EXPECT_EQ(
-        expected.empty() ? 0u : 1u,
-        adaptive_bvh::collide<S>(o1, tf1, o2, tf2, fcl::CollisionRequest<S>(), first_contact));
-    EXPECT_EQ(
-        0u, adaptive_bvh::collide<S>(o1, tf1, o2, tf2, fcl::CollisionRequest<S>(0), first_contact));
+    fcl::CollisionResultd first_contact;
+    EXPECT_EQ(expected.empty() ? 0u : 1u,
+              adaptive_bvh::collide(o1, tf1, o2, tf2, fcl::CollisionRequestd(), first_contact));
+    EXPECT_EQ(0u,
+              adaptive_bvh::collide(o1, tf1, o2, tf2, fcl::CollisionRequestd(0), first_contact));
   }
   EXPECT_GT(colliding, 15);
   EXPECT_LT(colliding, 55);
 }
 
-TYPED_TEST(Query, KeepsASmallerDistanceThatTheResultBrought) {
-  using S = TypeParam;
-  const Geometry<S>*o1 = &this->model_, *o2 = &this->other_;
-  const fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
-  fcl::Transform3<S> far = tf;
+TEST_F(Query, KeepsASmallerDistanceThatTheResultBrought) {
+  const Geometry *o1 = &this->model_, *o2 = &this->other_;
+  const fcl::Transform3d tf = fcl::Transform3d::Identity();
+  fcl::Transform3d far = tf;
   far.translation()[0] = 5;
-  fcl::DistanceResult<S> by_fcl(S(0.5)), recorded(S(0.5));
-  fcl::distance<S>(o1, tf, o2, far, fcl::DistanceRequest<S>(), by_fcl);
-  adaptive_bvh::distance<S>(o1, tf, o2, far, fcl::DistanceRequest<S>(), recorded);
-  EXPECT_EQ(S(0.5), recorded.min_distance);
+  fcl::DistanceResultd by_fcl(0.5), recorded(0.5);
+  fcl::distance(o1, tf, o2, far, fcl::DistanceRequestd(), by_fcl);
+  adaptive_bvh::distance(o1, tf, o2, far, fcl::DistanceRequestd(), recorded);
+  EXPECT_EQ(0.5, recorded.min_distance);
   expectEqual(by_fcl, recorded, false);
 }
 
-TYPED_TEST(Query, TakesCollisionObjectsAndEitherOrder) {
-  using S = TypeParam;
-  auto adaptive = std::make_shared<AdaptiveBVHModel<TestVolume<S>>>(this->model_);
-  auto plain = std::make_shared<fcl::BVHModel<TestVolume<S>>>(this->other_);
-  const fcl::CollisionObject<S> a(adaptive, randomPose<S>(this->random_, S(0.1)));
-  const fcl::CollisionObject<S> b(plain, randomPose<S>(this->random_, S(2)));
-  fcl::DistanceResult<S> ab, ba, expected;
-  adaptive_bvh::distance<S>(&a, &b, fcl::DistanceRequest<S>(), ab);
-  adaptive_bvh::distance<S>(&b, &a, fcl::DistanceRequest<S>(), ba);
-  fcl::distance<S>(adaptive.get(), a.getTransform(), plain.get(), b.getTransform(),
-                   fcl::DistanceRequest<S>(), expected);
+TEST_F(Query, TakesCollisionObjectsAndEitherOrder) {
+  auto adaptive = std::make_shared<AdaptiveBVHModel<TestVolume<double>>>(this->model_);
+  auto plain = std::make_shared<fcl::BVHModel<TestVolume<double>>>(this->other_);
+  const fcl::CollisionObjectd a(adaptive, randomPose(this->random_, 0.1));
+  const fcl::CollisionObjectd b(plain, randomPose(this->random_, 2.));
+  fcl::DistanceResultd ab, ba, expected;
+  adaptive_bvh::distance(&a, &b, fcl::DistanceRequestd(), ab);
+  adaptive_bvh::distance(&b, &a, fcl::DistanceRequestd(), ba);
+  fcl::distance(adaptive.get(), a.getTransform(), plain.get(), b.getTransform(),
+                fcl::DistanceRequestd(), expected);
   expectEqual(expected, ab, false);
   EXPECT_NEAR(ab.min_distance, ba.min_distance, 1e-5);
   EXPECT_EQ(2, adaptive->recordedWork().queries);
-  fcl::CollisionResult<S> collision;
+  fcl::CollisionResultd collision;
   EXPECT_EQ(expected.min_distance <= 0,
-            adaptive_bvh::collide<S>(&a, &b, fcl::CollisionRequest<S>(), collision) > 0);
+            adaptive_bvh::collide(&a, &b, fcl::CollisionRequestd(), collision) > 0);
 }
 
-TYPED_TEST(Query, HandsOtherPairsToFcl) {
-  using S = TypeParam;
-  const fcl::Box<S> box(1, 1, 1);
-  const fcl::Sphere<S> sphere(S(0.3));
-  fcl::Transform3<S> tf = fcl::Transform3<S>::Identity(), far = tf;
+TEST_F(Query, HandsOtherPairsToFcl) {
+  const fcl::Boxd box(1, 1, 1);
+  const fcl::Sphered sphere(0.3);
+  fcl::Transform3d tf = fcl::Transform3d::Identity(), far = tf;
   far.translation()[0] = 3;
-  fcl::DistanceResult<S> by_fcl, recorded;
-  fcl::distance<S>(&box, tf, &sphere, far, fcl::DistanceRequest<S>(), by_fcl);
-  adaptive_bvh::distance<S>(&box, tf, &sphere, far, fcl::DistanceRequest<S>(), recorded);
+  fcl::DistanceResultd by_fcl, recorded;
+  fcl::distance(&box, tf, &sphere, far, fcl::DistanceRequestd(), by_fcl);
+  adaptive_bvh::distance(&box, tf, &sphere, far, fcl::DistanceRequestd(), recorded);
   EXPECT_EQ(by_fcl.min_distance, recorded.min_distance);
-  fcl::CollisionResult<S> collision;
-  EXPECT_EQ(
-      0u, adaptive_bvh::collide<S>(&box, tf, &sphere, far, fcl::CollisionRequest<S>(), collision));
-  fcl::DistanceResult<S> plain_pair;  // two plain meshes
-  EXPECT_GT(adaptive_bvh::distance<S>(&this->other_, tf, &this->other_, far,
-                                      fcl::DistanceRequest<S>(), plain_pair),
+  fcl::CollisionResultd collision;
+  EXPECT_EQ(0u, adaptive_bvh::collide(&box, tf, &sphere, far, fcl::CollisionRequestd(), collision));
+  fcl::DistanceResultd plain_pair;  // two plain meshes
+  EXPECT_GT(adaptive_bvh::distance(&this->other_, tf, &this->other_, far, fcl::DistanceRequestd(),
+                                   plain_pair),
             0);
 }
 
-TYPED_TEST(Query, RefusesTheDistancesOnWhichFclCrashes) {
-  using S = TypeParam;
-  fcl::BVHModel<fcl::AABB<S>> aligned;
-  fillModel(dome<S>(5, 3), aligned);
-  const fcl::Plane<S> plane(Vector3<S>(0, 0, 1), 0);
-  const fcl::Halfspace<S> halfspace(Vector3<S>(0, 0, 1), 0);
-  const fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
-  fcl::DistanceResult<S> result;
-  for (const Geometry<S>* shape :
-       {static_cast<const Geometry<S>*>(&plane), static_cast<const Geometry<S>*>(&halfspace)})
-    EXPECT_THROW(
-        adaptive_bvh::distance<S>(&aligned, tf, shape, tf, fcl::DistanceRequest<S>(), result),
-        std::invalid_argument);
+TEST_F(Query, RefusesTheDistancesOnWhichFclCrashes) {
+  fcl::BVHModel<fcl::AABBd> aligned;
+  fillModel(dome(5, 3), aligned);
+  const fcl::Planed plane(fcl::Vector3d(0, 0, 1), 0);
+  const fcl::Halfspaced halfspace(fcl::Vector3d(0, 0, 1), 0);
+  const fcl::Transform3d tf = fcl::Transform3d::Identity();
+  fcl::DistanceResultd result;
+  for (const Geometry* shape :
+       {static_cast<const Geometry*>(&plane), static_cast<const Geometry*>(&halfspace)})
+    EXPECT_THROW(adaptive_bvh::distance(&aligned, tf, shape, tf, fcl::DistanceRequestd(), result),
+                 std::invalid_argument);
 }
 
 /// A model with itself at another place: statistics of both sides go to the one tree.
-TYPED_TEST(Query, AModelMayMeetItself) {
-  using S = TypeParam;
-  fcl::Transform3<S> tf = fcl::Transform3<S>::Identity(), beside = tf;
-  beside.translation()[0] = S(1.7);
+TEST_F(Query, AModelMayMeetItself) {
+  fcl::Transform3d tf = fcl::Transform3d::Identity(), beside = tf;
+  beside.translation()[0] = 1.7;
   this->deform();
-  fcl::DistanceResult<S> result;
-  adaptive_bvh::distance<S>(&this->model_, tf, &this->model_, beside, fcl::DistanceRequest<S>(),
-                            result);
-  EXPECT_NEAR(BruteForce<S>(this->model_, tf, this->model_, beside).distance(), result.min_distance,
+  fcl::DistanceResultd result;
+  adaptive_bvh::distance(&this->model_, tf, &this->model_, beside, fcl::DistanceRequestd(), result);
+  EXPECT_NEAR(BruteForce(this->model_, tf, this->model_, beside).distance(), result.min_distance,
               1e-5);
   EXPECT_EQ(1, this->model_.recordedWork().queries);
 }
@@ -344,18 +323,18 @@ TEST(StatisticsInUse, OnlyTraversedNodesAreRefitted) {
   adaptive_bvh::RefitPolicy policy =
       adaptive_bvh::RefitPolicy::thesis(adaptive_bvh::FitnessCriterion::B);
   AdaptiveModel model(policy);
-  const TriangleMesh<double> mesh = plate<double>(12, 12);
+  const TriangleMesh mesh = plate(12, 12);
   fillModel(mesh, model);
   AdaptiveModel tool;
-  fillModel(dome<double>(6, 3), tool);
+  fillModel(dome(6, 3), tool);
   const fcl::Transform3d tf = fcl::Transform3d::Identity();
   fcl::Transform3d over_corner = tf;
   over_corner.translation() = Eigen::Vector3d(1.6, 1.6, 0.2);
 
-  Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 8);
+  Deformation deformation(mesh, Deformation::Kind::Smooth, 8);
   model.update(deformation.next());
   fcl::DistanceResultd result;
-  adaptive_bvh::distance<double>(&model, tf, &tool, over_corner, fcl::DistanceRequestd(), result);
+  adaptive_bvh::distance(&model, tf, &tool, over_corner, fcl::DistanceRequestd(), result);
   std::vector<bool> traversed;
   for (int i = 0; i < model.getNumBVs(); ++i) traversed.push_back(model.traversed(i));
   const auto count = std::count(traversed.begin(), traversed.end(), true);
@@ -379,10 +358,10 @@ TEST(StatisticsInUse, WithoutQueriesTheDefaultBecomesTestA) {
   adaptive_bvh::RefitPolicy a;
   a.criterion = adaptive_bvh::FitnessCriterion::A;
   by_a.setRefitPolicy(a);
-  const TriangleMesh<double> mesh = plate<double>(8, 8);
+  const TriangleMesh mesh = plate(8, 8);
   fillModel(mesh, by_default);
   fillModel(mesh, by_a);
-  Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 9);
+  Deformation deformation(mesh, Deformation::Kind::Smooth, 9);
   int refitted = 0;
   for (int frame = 0; frame < 20; ++frame) {
     by_default.update(deformation.next());

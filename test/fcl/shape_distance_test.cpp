@@ -20,54 +20,54 @@ using Triangle = DegenerateTriangles::Triangle;
 template <typename Body>
 class ShapeDistance : public testing::Test {
  protected:
-  using S = ScalarOf<Body>;
-  using Shape = JudgedShape<S>;
+  using Shape = JudgedShape;
 
-  RandomGeometry<double>& random() { return triangles_.random(); }
-  S size() { return S(random().oneIn(2) ? 1 + random().below(3) : random().uniform(0.1, 3)); }
-  Vector3<S> sizes() { return {size(), size(), size()}; }
+  RandomGeometry& random() { return triangles_.random(); }
+  double size() {
+    return double(random().oneIn(2) ? 1 + random().below(3) : random().uniform(0.1, 3));
+  }
+  fcl::Vector3d sizes() { return {size(), size(), size()}; }
 
   std::vector<Shape> shapes() {
     using namespace judged_shapes;
-    const Vector3<S> normal = random().oneIn(2)
-                                  ? Vector3<S>::Unit(random().below(3))
-                                  : Vector3<S>(random().direction().template cast<S>());
-    return {sphere<S>(size()),
-            capsule<S>(size(), size()),
-            box<S>(sizes()),
-            cylinder<S>(size(), size()),
-            cone<S>(size(), size()),
-            ellipsoid<S>(sizes()),
-            octahedron<S>(sizes(), sizes() - sizes()),
-            flat<S>(normal, size() - 2, true),
-            flat<S>(normal, size() - 2, false)};
+    const fcl::Vector3d normal = random().oneIn(2) ? fcl::Vector3d::Unit(random().below(3))
+                                                   : fcl::Vector3d(random().direction());
+    return {sphere(size()),
+            capsule(size(), size()),
+            box(sizes()),
+            cylinder(size(), size()),
+            cone(size(), size()),
+            ellipsoid(sizes()),
+            octahedron(sizes(), sizes() - sizes()),
+            flat(normal, size() - 2, true),
+            flat(normal, size() - 2, false)};
   }
   /// On the lattice half of the time.
-  fcl::Transform3<S> pose() {
-    fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
-    if (random().oneIn(2)) return random().pose(4).template cast<S>();
-    tf.linear() =
-        Eigen::AngleAxis<S>(S(M_PI / 2) * S(random().below(4)), Vector3<S>::Unit(random().below(3)))
-            .toRotationMatrix()
-            .array()
-            .round();
-    tf.translation() =
-        Vector3<S>(S(random().below(11) - 5), S(random().below(11) - 5), S(random().below(11) - 5));
+  fcl::Transform3d pose() {
+    fcl::Transform3d tf = fcl::Transform3d::Identity();
+    if (random().oneIn(2)) return random().pose(4);
+    tf.linear() = Eigen::AngleAxis<double>(double(M_PI / 2) * double(random().below(4)),
+                                           fcl::Vector3d::Unit(random().below(3)))
+                      .toRotationMatrix()
+                      .array()
+                      .round();
+    tf.translation() = fcl::Vector3d(double(random().below(11) - 5), double(random().below(11) - 5),
+                                     double(random().below(11) - 5));
     return tf;
   }
 
-  TriangleMesh<S> mesh() {
-    TriangleMesh<S> mesh;
+  TriangleMesh mesh() {
+    TriangleMesh mesh;
     for (int i = random().below(3); i >= 0; --i) {
       const Triangle t = random().oneIn(2) ? triangles_.alongAxes() : triangles_.onLattice();
       const std::size_t first = mesh.vertices.size();
-      for (const auto& p : t) mesh.vertices.push_back(p.template cast<S>());
+      for (const auto& p : t) mesh.vertices.push_back(p);
       mesh.triangles.emplace_back(first, first + 1, first + 2);
     }
     return mesh;
   }
   /// By the rotation as it is given.
-  static exact::Triangle seenFrom(const fcl::Transform3<S>& tf, const TriangleMesh<S>& mesh,
+  static exact::Triangle seenFrom(const fcl::Transform3d& tf, const TriangleMesh& mesh,
                                   std::size_t triangle) {
     exact::Triangle t;
     for (std::size_t k = 0; k < 3; ++k)
@@ -78,27 +78,27 @@ class ShapeDistance : public testing::Test {
   /// The mesh at the identity.
   void check(const Shape& shape) {
     SCOPED_TRACE(shape.name);
-    const TriangleMesh<S> mesh = this->mesh();
+    const TriangleMesh mesh = this->mesh();
     const Body model = makeBody<Body>(mesh);
-    const fcl::Transform3<S> tf = pose();
+    const fcl::Transform3d tf = pose();
     Real expected = 1e30L;
     std::vector<Real> distances;
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
       distances.push_back(shape.distanceTo(seenFrom(tf, mesh, i)));
       expected = std::min(expected, distances.back());
     }
-    const S tolerance =
-        S(1e3) * std::numeric_limits<S>::epsilon() * (10 + Vector3<S>(tf.translation()).norm());
-    fcl::DistanceResult<S> result;
-    const S found = adaptive_bvh::distance<S>(&model, still_, shape.geometry.get(), tf,
-                                              fcl::DistanceRequest<S>(true), result);
+    const double tolerance = 1e3 * std::numeric_limits<double>::epsilon() *
+                             (10 + fcl::Vector3d(tf.translation()).norm());
+    fcl::DistanceResultd result;
+    const double found = adaptive_bvh::distance(&model, still_, shape.geometry.get(), tf,
+                                                fcl::DistanceRequestd(true), result);
     ASSERT_EQ(found, result.min_distance);
     ASSERT_NEAR(double(expected), double(found), double(tolerance));
     ASSERT_NEAR(double(found), double((result.nearest_points[0] - result.nearest_points[1]).norm()),
                 double(tolerance));
     ASSERT_NEAR(0, double(shape.distance(inShape(tf, result.nearest_points[1]))),
                 double(tolerance));
-    if constexpr (std::is_same<Body, adaptive_bvh::DeformableMesh<S>>::value) {
+    if constexpr (std::is_same<Body, adaptive_bvh::DeformableMesh>::value) {
       ASSERT_TRUE(isNearer(model, still_, *shape.geometry, tf, found + tolerance));
       if (found > tolerance) {
         ASSERT_FALSE(isNearer(model, still_, *shape.geometry, tf, found - tolerance));
@@ -108,20 +108,20 @@ class ShapeDistance : public testing::Test {
     ++all_;
     checkContacts(shape, mesh, model, tf, distances, found, tolerance);
   }
-  static Point inShape(const fcl::Transform3<S>& tf, const Vector3<S>& x) {
+  static Point inShape(const fcl::Transform3d& tf, const fcl::Vector3d& x) {
     return exact::placement(tf).inverse(exact::of(x));
   }
 
-  void checkContacts(const Shape& shape, const TriangleMesh<S>& mesh, const Body& model,
-                     const fcl::Transform3<S>& tf, const std::vector<Real>& distances, S found,
-                     S tolerance) {
-    fcl::CollisionResult<S> result;
-    adaptive_bvh::collide<S>(&model, still_, shape.geometry.get(), tf,
-                             fcl::CollisionRequest<S>(100, true), result);
+  void checkContacts(const Shape& shape, const TriangleMesh& mesh, const Body& model,
+                     const fcl::Transform3d& tf, const std::vector<Real>& distances, double found,
+                     double tolerance) {
+    fcl::CollisionResultd result;
+    adaptive_bvh::collide(&model, still_, shape.geometry.get(), tf,
+                          fcl::CollisionRequestd(100, true), result);
     std::vector<int> count(distances.size(), 0);
     Real deepest = 0;
     for (std::size_t i = 0; i < result.numContacts(); ++i) {
-      const fcl::Contact<S>& contact = result.getContact(i);
+      const fcl::Contactd& contact = result.getContact(i);
       ASSERT_EQ(&model, contact.o1);
       ASSERT_EQ(shape.geometry.get(), contact.o2);
       const auto triangle = static_cast<std::size_t>(contact.b1);
@@ -137,10 +137,10 @@ class ShapeDistance : public testing::Test {
     }
     for (const int contacts : count) ASSERT_LE(contacts, 1);
     ASSERT_EQ(found <= 0, result.numContacts() > 0);
-    fcl::DistanceRequest<S> signed_request(true, true);
-    fcl::DistanceResult<S> signed_result;
-    const S signed_distance = adaptive_bvh::distance<S>(&model, still_, shape.geometry.get(), tf,
-                                                        signed_request, signed_result);
+    fcl::DistanceRequestd signed_request(true, true);
+    fcl::DistanceResultd signed_result;
+    const double signed_distance = adaptive_bvh::distance(&model, still_, shape.geometry.get(), tf,
+                                                          signed_request, signed_result);
     ASSERT_EQ(signed_distance, signed_result.min_distance);
     if (result.numContacts() > 0) {
       ASSERT_NEAR(-double(deepest), double(signed_distance), double(tolerance));
@@ -170,7 +170,7 @@ class ShapeDistance : public testing::Test {
     deep_ += depth > Real(0.01);
   }
 
-  const fcl::Transform3<S> still_ = fcl::Transform3<S>::Identity();
+  const fcl::Transform3d still_ = fcl::Transform3d::Identity();
   DegenerateTriangles triangles_{88};
   int touching_ = 0, all_ = 0, deep_ = 0;
 };
@@ -188,9 +188,8 @@ TYPED_TEST(ShapeDistance, IsThatOfTheGeometryOfEveryShape) {
   EXPECT_GT(this->deep_, this->all_ / 20);
 }
 
-template <typename S>
-TriangleMesh<S> oneTriangle(const Vector3<S>& a, const Vector3<S>& b, const Vector3<S>& c) {
-  TriangleMesh<S> mesh;
+TriangleMesh oneTriangle(const fcl::Vector3d& a, const fcl::Vector3d& b, const fcl::Vector3d& c) {
+  TriangleMesh mesh;
   mesh.vertices = {a, b, c};
   mesh.triangles = {{0, 1, 2}};
   return mesh;
@@ -198,27 +197,24 @@ TriangleMesh<S> oneTriangle(const Vector3<S>& a, const Vector3<S>& b, const Vect
 
 /// FCL's solver ends 12.5 % too far away here.
 TYPED_TEST(ShapeDistance, OfABoxWhereGjkFails) {
-  using S = ScalarOf<TypeParam>;
-  const auto model = makeBody<TypeParam>(oneTriangle<S>({1, -1, -1}, {1, -1, 0}, {0, 0, 1}));
-  const fcl::Box<S> box(3, 2, 2);
-  fcl::Transform3<S> tf = this->still_;
-  tf.translation() = Vector3<S>(0, 4, -1);
-  fcl::DistanceResult<S> result;
-  adaptive_bvh::distance<S>(&model, this->still_, &box, tf, fcl::DistanceRequest<S>(), result);
+  const auto model = makeBody<TypeParam>(oneTriangle({1, -1, -1}, {1, -1, 0}, {0, 0, 1}));
+  const fcl::Boxd box(3, 2, 2);
+  fcl::Transform3d tf = this->still_;
+  tf.translation() = fcl::Vector3d(0, 4, -1);
+  fcl::DistanceResultd result;
+  adaptive_bvh::distance(&model, this->still_, &box, tf, fcl::DistanceRequestd(), result);
   EXPECT_FLOAT_EQ(std::sqrt(10.f), float(result.min_distance));
 }
 
 /// FCL returns -1, and the smallest negative number in the result.
 TYPED_TEST(ShapeDistance, IsMinusTheDepthOfASphere) {
-  using S = ScalarOf<TypeParam>;
-  const auto model =
-      makeBody<TypeParam>(oneTriangle<S>({-3, -3, 0}, {3, S(-3.1), 0}, {S(0.2), 4, 0}));
-  const fcl::Sphere<S> sphere(S(0.5));
-  fcl::Transform3<S> tf = this->still_;
-  tf.translation() = Vector3<S>(0, 0, S(0.4));
-  fcl::DistanceResult<S> result;
-  const S found = adaptive_bvh::distance<S>(&model, this->still_, &sphere, tf,
-                                            fcl::DistanceRequest<S>(true, true), result);
+  const auto model = makeBody<TypeParam>(oneTriangle({-3, -3, 0}, {3, -3.1, 0}, {0.2, 4, 0}));
+  const fcl::Sphered sphere(0.5);
+  fcl::Transform3d tf = this->still_;
+  tf.translation() = fcl::Vector3d(0, 0, 0.4);
+  fcl::DistanceResultd result;
+  const double found = adaptive_bvh::distance(&model, this->still_, &sphere, tf,
+                                              fcl::DistanceRequestd(true, true), result);
   EXPECT_FLOAT_EQ(-0.1f, float(found));
   EXPECT_EQ(found, result.min_distance);
   EXPECT_NEAR(0, double(result.nearest_points[0].norm()), 1e-6);
@@ -226,19 +222,19 @@ TYPED_TEST(ShapeDistance, IsMinusTheDepthOfASphere) {
 
 /// The line from the centre of a ball to a triangle through it is rounding alone.
 TEST(ShapeContact, OfABallWhoseCentreIsOnATriangleIsAlongItsNormal) {
-  RandomGeometry<double> random(91);
+  RandomGeometry random(91);
   const auto ball = std::make_shared<fcl::Sphered>(0.5);
   for (int round = 0; round < 2000; ++round) {
     const fcl::Transform3d pose = random.pose(3);
-    TriangleMesh<double> mesh;
-    for (const Vector3<double>& x :
-         {Vector3<double>(-2, -1, 0), Vector3<double>(2, -1, 0), Vector3<double>(0, 3, 0)})
+    TriangleMesh mesh;
+    for (const fcl::Vector3d& x :
+         {fcl::Vector3d(-2, -1, 0), fcl::Vector3d(2, -1, 0), fcl::Vector3d(0, 3, 0)})
       mesh.vertices.push_back(pose * x);
     mesh.triangles.emplace_back(0, 1, 2);
-    const adaptive_bvh::DeformableMeshd triangle(mesh);
+    const adaptive_bvh::DeformableMesh triangle(mesh);
     fcl::CollisionResultd result;
-    adaptive_bvh::collide<double>(&triangle, fcl::Transform3d::Identity(), ball.get(), pose,
-                                  fcl::CollisionRequestd(1, true), result);
+    adaptive_bvh::collide(&triangle, fcl::Transform3d::Identity(), ball.get(), pose,
+                          fcl::CollisionRequestd(1, true), result);
     ASSERT_EQ(1u, result.numContacts());
     const fcl::Contactd& contact = result.getContact(0);
     ASSERT_NEAR(1, std::abs(contact.normal.dot(pose.linear().col(2))), 1e-12);

@@ -33,7 +33,7 @@ template <typename BV>
 const AdaptiveBVHModel<BV>& obstacleOf() {
   static const auto* const model = [] {
     auto* built = new AdaptiveBVHModel<BV>;
-    fillModel(tube<double>(3, 2), *built);
+    fillModel(tube(3, 2), *built);
     return built;
   }();
   return *model;
@@ -276,7 +276,7 @@ class Subject {
   template <typename Query>
   void onMesh(const Query& query) {
     if (!isQueryable()) return;
-    const DeformableMeshd& mesh = model_->mesh();
+    const DeformableMesh& mesh = model_->mesh();
     REQUIRE(same(mesh.vertices(), frame()) && mesh.validate());
     if (&mesh != queries_of_) queries_ = std::make_unique<MeshQueries>(mesh);
     queries_of_ = &mesh;
@@ -289,8 +289,8 @@ class Subject {
     if (!isQueryable() || !isPlainFrame()) return;
     fcl::CollisionResultd plain, full;
     const fcl::CollisionRequestd all(100000), with_contact(100000, true);
-    adaptive_bvh::collide<double>(model_.get(), still, &obstacle(), tf, all, plain);
-    adaptive_bvh::collide<double>(model_.get(), still, &obstacle(), tf, with_contact, full);
+    adaptive_bvh::collide(model_.get(), still, &obstacle(), tf, all, plain);
+    adaptive_bvh::collide(model_.get(), still, &obstacle(), tf, with_contact, full);
     REQUIRE(pairsOf(plain) == pairsOf(full));
     checkFields(full);
     onMesh([&](MeshQueries& queries) { queries.contacts(tf); });
@@ -312,10 +312,10 @@ class Subject {
     double expected = std::numeric_limits<double>::max();
     for (int t = 0; t < model_->num_tris; ++t) {
       const auto corner = [&](int k) {
-        return quad::of<double>(model_->vertices[model_->tri_indices[t][k]]);
+        return quad::of(model_->vertices[model_->tri_indices[t][k]]);
       };
       expected = std::min(expected, static_cast<double>(quad::distance(
-                                        quad::of<double>(c), {corner(0), corner(1), corner(2)})));
+                                        quad::of(c), {corner(0), corner(1), corner(2)})));
     }
     expected = std::max(0., expected - ball.radius);
     REQUIRE(std::abs(result.min_distance - expected) < 1e-9);
@@ -366,7 +366,7 @@ class Subject {
     using OtherBV = std::conditional_t<std::is_same<BV, fcl::RSSd>::value, fcl::OBBRSSd, fcl::RSSd>;
     static const auto* const other = [] {
       auto* built = new fcl::BVHModel<OtherBV>;
-      fillModel(tube<double>(3, 2), *built);
+      fillModel(tube(3, 2), *built);
       return built;
     }();
     if (!isQueryable()) return;
@@ -464,7 +464,7 @@ class Subject {
   void settings(Bytes& in) {
     const int threads = in.below(4);
     try {
-      model_->setUpdateThreads(threads);
+      model_->setThreads(threads);
       REQUIRE(threads >= 1);
     } catch (const std::invalid_argument&) {
       REQUIRE(threads < 1);
@@ -483,39 +483,38 @@ class Subject {
     if (!isQueryable()) {
       if (!isBuilding()) return;  // a frame is open; checked when it is closed
       try {
-        adaptive_bvh::distance<double>(model_.get(), still, &obstacle(), tf,
-                                       fcl::DistanceRequestd(), distance);
+        adaptive_bvh::distance(model_.get(), still, &obstacle(), tf, fcl::DistanceRequestd(),
+                               distance);
         REQUIRE(false);
       } catch (const std::invalid_argument&) {
       }
       return;
     }
     if (!isPlainFrame()) {  // no crash; what FCL's triangle tests are worth then is open
-      adaptive_bvh::distance<double>(model_.get(), still, &obstacle(), tf, fcl::DistanceRequestd(),
-                                     distance);
+      adaptive_bvh::distance(model_.get(), still, &obstacle(), tf, fcl::DistanceRequestd(),
+                             distance);
       onMesh([&](MeshQueries& queries) {
         queries.distance(in, tf);
         queries.contacts(tf);
       });
       return;
     }
-    const BruteForce<double> brute_force(*model_, still, obstacle(), tf);
+    const BruteForce brute_force(*model_, still, obstacle(), tf);
     const double expected = brute_force.distance();
     switch (in.below(4)) {
       case 0: onMesh([&](MeshQueries& queries) { queries.distance(in, tf); }); break;
       case 1:
-        adaptive_bvh::distance<double>(model_.get(), still, &obstacle(), tf,
-                                       fcl::DistanceRequestd(true), distance);
+        adaptive_bvh::distance(model_.get(), still, &obstacle(), tf, fcl::DistanceRequestd(true),
+                               distance);
         REQUIRE(std::abs(distance.min_distance - expected) < 1e-9);
         break;
       case 2:
-        fcl::distance<double>(model_.get(), still, &obstacle(), tf, fcl::DistanceRequestd(),
-                              distance);
+        fcl::distance(model_.get(), still, &obstacle(), tf, fcl::DistanceRequestd(), distance);
         // FCL's own distance of two triangles is too large where edges are parallel.
         REQUIRE(distance.min_distance > expected - 1e-6);
         break;
       default: {
-        adaptive_bvh::collide<double>(model_.get(), still, &obstacle(), tf, all, contacts);
+        adaptive_bvh::collide(model_.get(), still, &obstacle(), tf, all, contacts);
         checkContacts(*model_, obstacle(), tf, brute_force.contacts(), contacts);
         onMesh([&](MeshQueries& queries) { queries.contacts(tf); });
       }
@@ -539,7 +538,7 @@ class Subject {
 
   std::unique_ptr<Model> model_;
   std::unique_ptr<MeshQueries> queries_;
-  const DeformableMeshd* queries_of_ = nullptr;
+  const DeformableMesh* queries_of_ = nullptr;
 };
 
 template <typename Subject>

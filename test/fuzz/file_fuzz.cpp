@@ -10,7 +10,7 @@
 namespace adaptive_bvh_test {
 namespace {
 
-bool isSound(const adaptive_bvh::TriangleMesh<double>& mesh) {
+bool isSound(const adaptive_bvh::TriangleMesh& mesh) {
   for (const auto& p : mesh.vertices)
     if (!p.allFinite()) return false;
   for (const fcl::Triangle& t : mesh.triangles)
@@ -29,7 +29,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const adaptive_bvh_test::TemporaryFile file(
       std::string("fuzz.") + kExtensions[data[0] % std::size(kExtensions)], bytes);
   try {
-    if (!adaptive_bvh_test::isSound(adaptive_bvh::loadMesh<double>(file.path()))) std::abort();
+    if (!adaptive_bvh_test::isSound(adaptive_bvh::loadMesh(file.path()))) std::abort();
   } catch (const adaptive_bvh::MeshLoadError&) {  // refused
   }
   return 0;

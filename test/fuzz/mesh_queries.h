@@ -27,18 +27,18 @@
 
 namespace adaptive_bvh_test {
 
-using adaptive_bvh::DeformableMeshd;
+using adaptive_bvh::DeformableMesh;
 
 /// In quadruple precision; of triangles that are smaller by `margin` around their middles.
-inline double distanceOf(const BodyView<double>& a, int i, const BodyView<double>& b, int j,
+inline double distanceOf(const BodyView& a, int i, const BodyView& b, int j,
                          const fcl::Transform3d& tf, double margin = 0) {
-  const auto triangle = [&](const BodyView<double>& model, int t, const fcl::Transform3d& place) {
+  const auto triangle = [&](const BodyView& model, int t, const fcl::Transform3d& place) {
     quad::Triangle corners;
     const fcl::Triangle& v = model.tri_indices[t];
     const Point middle = (model.vertices[v[0]] + model.vertices[v[1]] + model.vertices[v[2]]) / 3;
     for (std::size_t k = 0; k < 3; ++k) {
       const Point& x = model.vertices[v[int(k)]];
-      corners[k] = quad::of<double>(place * Point(x + margin * (middle - x)));
+      corners[k] = quad::of(place * Point(x + margin * (middle - x)));
     }
     return corners;
   };
@@ -48,8 +48,8 @@ inline double distanceOf(const BodyView<double>& a, int i, const BodyView<double
 
 /// What touches is reported, and only that, up to rounding. Of a pair within one model the
 /// smaller index comes first.
-inline void checkContacts(const BodyView<double>& a, const BodyView<double>& b,
-                          const fcl::Transform3d& tf, const std::set<std::pair<int, int>>& touching,
+inline void checkContacts(const BodyView& a, const BodyView& b, const fcl::Transform3d& tf,
+                          const std::set<std::pair<int, int>>& touching,
                           const fcl::CollisionResultd& contacts) {
   const bool own = a.geometry == b.geometry;
   std::set<std::pair<int, int>> reported;
@@ -90,15 +90,15 @@ inline bool arePlain(const Points& points) {
 /// mesh, whatever happens to it in between.
 class MeshQueries {
  public:
-  explicit MeshQueries(const DeformableMeshd& mesh)
+  explicit MeshQueries(const DeformableMesh& mesh)
       : mesh_(mesh),
         coherent_(mesh, obstacle()),
         near_obstacle_(mesh, obstacle(), setRequest(adaptive_bvh::ContactElements::Triangles)),
         own_features_(mesh, setRequest(adaptive_bvh::ContactElements::Features)) {}
 
   /// A body that does not change, to ask distances to.
-  static const DeformableMeshd& obstacle() {
-    static const DeformableMeshd mesh(tube<double>(3, 2));
+  static const DeformableMesh& obstacle() {
+    static const DeformableMesh mesh(tube(3, 2));
     return mesh;
   }
 
@@ -110,10 +110,10 @@ class MeshQueries {
     if (is_kept)
       coherent_.distance(still, tf, request, result);
     else
-      adaptive_bvh::distance<double>(&mesh_, still, &obstacle(), tf, request, result);
+      adaptive_bvh::distance(&mesh_, still, &obstacle(), tf, request, result);
     derivative(result, tf);
     if (!isPlainFrame()) return;
-    const BruteForce<double> brute_force(mesh_, still, obstacle(), tf);
+    const BruteForce brute_force(mesh_, still, obstacle(), tf);
     REQUIRE(std::abs(result.min_distance - brute_force.distance()) < 1e-9);
     REQUIRE(brute_force.findError(result, still, 1e-9).empty());
   }
@@ -121,7 +121,7 @@ class MeshQueries {
   /// The gradients of a distance add up to opposite directions; to zero where meshes touch.
   void derivative(const fcl::DistanceResultd& nearest, const fcl::Transform3d& tf) const {
     if (nearest.b1 < 0) return;  // none was nearer than infinity
-    adaptive_bvh::DistanceDerivatives<double> g;
+    adaptive_bvh::DistanceDerivatives g;
     distanceDerivatives(mesh_, fcl::Transform3d::Identity(), obstacle(), tf, nearest, g);
     Point sum = Point::Zero(), of_obstacle = sum;
     for (const Point& x : g.first.gradients) sum += x;
@@ -136,20 +136,19 @@ class MeshQueries {
     const fcl::Transform3d still = fcl::Transform3d::Identity();
     fcl::CollisionResultd plain, full, own, own_full;
     const fcl::CollisionRequestd all(100000), with_contact(100000, true);
-    adaptive_bvh::collide<double>(&mesh_, still, &obstacle(), tf, all, plain);
-    selfCollide(mesh_, all, own, adaptive_bvh::NeighbourFilter::None);
+    adaptive_bvh::collide(&mesh_, still, &obstacle(), tf, all, plain);
+    selfCollide(mesh_, {adaptive_bvh::NeighbourFilter::None}, all, own);
     if (!isPlainFrame()) return;
-    adaptive_bvh::collide<double>(&mesh_, still, &obstacle(), tf, with_contact, full);
-    selfCollide(mesh_, with_contact, own_full, adaptive_bvh::NeighbourFilter::None);
+    adaptive_bvh::collide(&mesh_, still, &obstacle(), tf, with_contact, full);
+    selfCollide(mesh_, {adaptive_bvh::NeighbourFilter::None}, with_contact, own_full);
     REQUIRE(pairsOf(plain) == pairsOf(full));
     REQUIRE(pairsOf(own) == pairsOf(own_full));
     REQUIRE(own_full.numContacts() == pairsOf(own_full).size());
     checkFields(full);
     checkFields(own_full);
-    checkContacts(mesh_, obstacle(), tf,
-                  BruteForce<double>(mesh_, still, obstacle(), tf).contacts(), plain);
-    checkContacts(mesh_, mesh_, still, BruteForce<double>(mesh_, still, mesh_, still).contacts(),
-                  own);
+    checkContacts(mesh_, obstacle(), tf, BruteForce(mesh_, still, obstacle(), tf).contacts(),
+                  plain);
+    checkContacts(mesh_, mesh_, still, BruteForce(mesh_, still, mesh_, still).contacts(), own);
   }
 
   /// A coherent pair is queried far away once, and then near, step by step.
@@ -169,7 +168,7 @@ class MeshQueries {
     for (int i = 0; i < 12; ++i) {
       tf.translation()[i % 3] += step;
       const double expected =
-          BruteForce<double>(mesh_, fcl::Transform3d::Identity(), obstacle(), tf).distance();
+          BruteForce(mesh_, fcl::Transform3d::Identity(), obstacle(), tf).distance();
       REQUIRE(std::abs(ask(tf) - expected) < 1e-9);
     }
   }
@@ -180,10 +179,10 @@ class MeshQueries {
     const double d = 0.125 * in.below(16);
     const Point x = in.points(1)[0];
     if (!isPlainFrame()) return;
-    adaptive_bvh::ProximityRequest<double> request;
+    adaptive_bvh::ProximityRequest request;
     request.distance = std::numeric_limits<double>::infinity();
     request.enable_distances = true;
-    adaptive_bvh::TrianglePairs<double> all, near;
+    adaptive_bvh::TrianglePairs all, near;
     REQUIRE(pairsWithin(mesh_, still, obstacle(), tf, request, all) ==
             std::size_t(numTriangles(mesh_)) * std::size_t(numTriangles(obstacle())));
     request.distance = d;
@@ -194,10 +193,10 @@ class MeshQueries {
     };
     REQUIRE(within(d - 1e-9) <= near.size() && near.size() <= within(d + 1e-9));
     // The same from within, or an end.
-    adaptive_bvh::TrianglePairs<double> outer, inner;
+    adaptive_bvh::TrianglePairs outer, inner;
     const bool ends = in.oneIn(4);
-    adaptive_bvh::ProximityRequest<double> asking = request;
-    asking.ignored.test = [&](unsigned, unsigned) {
+    adaptive_bvh::ProximityRequest asking = request;
+    asking.ignored.triangles.test = [&](unsigned, unsigned) {
       if (ends) throw std::runtime_error("ended");
       pairsWithin(mesh_, still, obstacle(), tf, request, inner);
       REQUIRE(inner.triangles == near.triangles);
@@ -212,27 +211,27 @@ class MeshQueries {
     const bool is_nearer = isNearer(mesh_, still, obstacle(), tf, d);
     REQUIRE(is_nearer == (near.size() > 0) || within(d - 1e-9) != within(d + 1e-9));
     if (!x.allFinite() || x.cwiseAbs().maxCoeff() > 1e75) return;  // as far as a mesh may reach
-    const auto closest = adaptive_bvh::closestPoint<double>(mesh_, x);
+    const auto closest = adaptive_bvh::closestPoint(mesh_, x);
     REQUIRE(std::abs((closest.point - x).norm() - closest.distance) <= 1e-9 * (1 + x.norm()));
     nearestTriangle(x, closest, -60 * int(8 * d));
     if (!(closest.distance > 1e-6)) return;
-    const auto hit = adaptive_bvh::firstHit<double>(mesh_, x, Point(closest.point - x));
+    const auto hit = adaptive_bvh::firstHit(mesh_, x, Point(closest.point - x));
     REQUIRE(!(hit.t < 1 - 1e-6));  // nothing is nearer
   }
 
   /// The nearest triangle does not depend on what was asked before, nor on the unit of length.
-  void nearestTriangle(const Point& x, const adaptive_bvh::ClosestPoint<double>& closest,
+  void nearestTriangle(const Point& x, const adaptive_bvh::ClosestPoint& closest,
                        int exponent) const {
     if (!isPlain(x[0]) || !isPlain(x[1]) || !isPlain(x[2])) return;
-    std::vector<adaptive_bvh::ClosestPoint<double>> batch;
+    std::vector<adaptive_bvh::ClosestPoint> batch;
     closestPoints(mesh_, {-x, Point(3 * x), x}, batch);
     REQUIRE(batch[2].triangle == closest.triangle);
     const double unit = std::ldexp(1., exponent);
     Points positions = mesh_.vertices();
     for (Point& p : positions) p *= unit;
-    DeformableMeshd small = mesh_;
+    DeformableMesh small = mesh_;
     small.update(positions);
-    const auto of_small = adaptive_bvh::closestPoint<double>(small, Point(x * unit));
+    const auto of_small = adaptive_bvh::closestPoint(small, Point(x * unit));
     REQUIRE(of_small.triangle == closest.triangle);
     REQUIRE(std::abs(of_small.distance / unit - closest.distance) <= 1e-9);
   }
@@ -249,7 +248,7 @@ class MeshQueries {
     const fcl::Boxd box(side);
     fcl::Transform3d tf = fcl::Transform3d::Identity();
     tf.translation() = middle;
-    adaptive_bvh::Scened scene;
+    adaptive_bvh::Scene scene;
     const auto of_box = scene.add(box), of_ball = scene.add(ball, tf);
     scene.ignore(of_box, scene.add(mesh_));
     scene.update();
@@ -257,14 +256,14 @@ class MeshQueries {
     const auto found = scene.nearest(of_box);
     REQUIRE(found.bodies.second == of_ball);
     REQUIRE(std::abs(found.distance - std::max(gap, 0.)) < 1e-12);
-    adaptive_bvh::SceneCollisions<double> touching;
-    scene.collisions(adaptive_bvh::SceneCollisionRequest(), touching);
+    adaptive_bvh::SceneCollisions touching;
+    scene.collide(adaptive_bvh::SceneCollisionRequest(), touching);
     REQUIRE(scene.isNearer(0) == !touching.pairs.empty());
     REQUIRE((scene.distance().distance <= 0) == !touching.pairs.empty());
     REQUIRE(scene.nearestPoint(middle).distance <= radius + 1e-12);
-    std::vector<adaptive_bvh::SceneRayHit<double>> hits;
+    std::vector<adaptive_bvh::SceneRayHit> hits;
     scene.firstHits(&middle, &along, 1, hits);
-    REQUIRE(hits[0].exists() && hits[0].hit.t <= radius / along.norm() + 1e-12);
+    REQUIRE(hits[0].exists() && hits[0].t <= radius / along.norm() + 1e-12);
     if (gap > 1e-9) {
       tf.translation() = Point::Zero();
       scene.beginStep();
@@ -285,16 +284,16 @@ class MeshQueries {
     if (!isPlain(origin[0]) || !isPlain(origin[1]) || !isPlain(origin[2]) ||
         !isPlain(direction[0]) || !isPlain(direction[1]) || !isPlain(direction[2]))
       return;
-    const auto hit = adaptive_bvh::firstHit<double>(mesh_, origin, direction);
-    std::vector<adaptive_bvh::RayHit<double>> hits;
-    adaptive_bvh::rayHits<double>(mesh_, origin, direction, hits);
+    const auto hit = adaptive_bvh::firstHit(mesh_, origin, direction);
+    std::vector<adaptive_bvh::RayHit> hits;
+    adaptive_bvh::rayHits(mesh_, origin, direction, hits);
     REQUIRE((hit.triangle >= 0) == !hits.empty());
     if (!hits.empty()) REQUIRE(hits[0].triangle == hit.triangle && hits[0].t == hit.t);
     REQUIRE(hit.t >= 0 && !std::signbit(hit.t));
-    const quad::Point from = quad::of<double>(origin), along = quad::of<double>(direction);
+    const quad::Point from = quad::of(origin), along = quad::of(direction);
     for (int t = 0; t < numTriangles(mesh_); ++t) {
       const auto corner = [&](int k) {
-        return quad::of<double>(mesh_.vertices()[mesh_.triangles()[std::size_t(t)][k]]) - from;
+        return quad::of(mesh_.vertices()[mesh_.triangles()[std::size_t(t)][k]]) - from;
       };
       const quad::Point p[3] = {corner(0), corner(1), corner(2)};
       quad::Real sides[3], sum = 0;
@@ -323,8 +322,8 @@ class MeshQueries {
                            still = fcl::Transform3d::Identity();
     if (!isUsable(corners[0]) || !isUsable(corners[1])) return;
     const std::vector<fcl::Triangle> faces = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-    const DeformableMeshd first(corners[0], faces), second(corners[1], faces);
-    adaptive_bvh::ContactRegions<double> found, swapped;
+    const DeformableMesh first(corners[0], faces), second(corners[1], faces);
+    adaptive_bvh::ContactRegions found, swapped;
     contactRegions(first, still, second, tf, found);
     contactRegions(second, tf, first, still, swapped);
     if (!arePlain(corners[0]) || !arePlain(corners[1])) return;
@@ -345,14 +344,14 @@ class MeshQueries {
   void contactSets(Bytes& in) {
     const fcl::Transform3d still = fcl::Transform3d::Identity();
     if (in.oneIn(2)) obstacle_tf_ = pose(in);
-    adaptive_bvh::ProximityRequest<double> request;
+    adaptive_bvh::ProximityRequest request;
     request.distance = kNear;
-    adaptive_bvh::TrianglePairs<double> triangles;
+    adaptive_bvh::TrianglePairs triangles;
     REQUIRE(pairsWithin(mesh_, still, obstacle(), obstacle_tf_, request, triangles) ==
             near_obstacle_.update(still, obstacle_tf_));
     REQUIRE(areHeld(triangles.triangles, near_obstacle_.triangles()));
     adaptive_bvh::FeaturePairs features;
-    REQUIRE(featurePairsWithin(mesh_, kNear, features) == own_features_.update());
+    REQUIRE(selfFeaturePairsWithin(mesh_, kNear, features) == own_features_.update());
     using adaptive_bvh::FeatureKind;
     REQUIRE(areHeld(features.vertex_face, own_features_.features(FeatureKind::VertexFace)));
     REQUIRE(areHeld(features.edge_edge, own_features_.features(FeatureKind::EdgeEdge)));
@@ -362,29 +361,29 @@ class MeshQueries {
 
   /// Bounds of the least distance on a way of the obstacle: a tolerance apart, and no farther than
   /// it is at both ends.
-  void clearance(Bytes& in) const {
+  void vertexDistances(Bytes& in) const {
     const fcl::Transform3d still = fcl::Transform3d::Identity(), start = pose(in), end = pose(in);
     const auto path =
         in.oneIn(2) ? adaptive_bvh::FramePath::Screw : adaptive_bvh::FramePath::Straight;
     if (!isPlainFrame()) return;
     constexpr double kTolerance = 1e-3;
     const auto least =
-        leastDistance(adaptive_bvh::BodyMotion<double>(mesh_, still, still),
-                      adaptive_bvh::BodyMotion<double>(obstacle(), start, end, path), kTolerance);
+        leastDistance(adaptive_bvh::BodyMotion(mesh_, still, still),
+                      adaptive_bvh::BodyMotion(obstacle(), start, end, path), kTolerance);
     REQUIRE(least.exists() && least.lower >= 0 && least.time >= 0 && least.time <= 1);
     REQUIRE(least.lower <= least.upper && least.upper <= least.lower + kTolerance);
     for (const fcl::Transform3d& tf : {start, end})
-      REQUIRE(least.lower <= BruteForce<double>(mesh_, still, obstacle(), tf).distance() + 1e-9);
+      REQUIRE(least.lower <= BruteForce(mesh_, still, obstacle(), tf).distance() + 1e-9);
   }
 
   /// Between this frame and another: refused, or the earliest impact is that of the earliest pair,
   /// and no vertex that stays within its bounds brings anything together.
   void trustRegion(const Points& start, const Points& end, double separation, double radius) {
-    adaptive_bvh::TrustRegionRequest<double> request;
+    adaptive_bvh::TrustRegionRequest request;
     request.radius = radius;
-    request.separation = separation;
+    request.distance = separation;
     try {
-      adaptive_bvh::TrustRegiond region(mesh_, request);
+      adaptive_bvh::TrustRegion region(mesh_, request);
       region.addObstacle(obstacle());
       region.begin(start);
       Points accepted;
@@ -400,7 +399,7 @@ class MeshQueries {
     }
   }
   void continuous(Bytes& in) {
-    using Motion = adaptive_bvh::Motion<double>;
+    using Motion = adaptive_bvh::Motion;
     const Points& start = mesh_.vertices();
     const Points end = in.points(in.oneIn(8) ? in.below(20) : numVertices(mesh_));
     const fcl::Transform3d still = fcl::Transform3d::Identity(),
@@ -413,12 +412,12 @@ class MeshQueries {
       const Motion motion(mesh_, start, end, still, end_tf);
       const Points& of_rest = obstacle().vertices();
       const Motion rest(obstacle(), of_rest, of_rest);
-      const adaptive_bvh::Impact first = earliestImpact(motion, separation);
+      const adaptive_bvh::Impact first = selfEarliestImpact(motion, separation);
       REQUIRE(isUsable(end) && separation >= 0 && std::isfinite(separation));
-      const adaptive_bvh::Impact listed = earliestImpact(motion, separation, pairs);
-      candidates(motion, separation, again);
+      const adaptive_bvh::Impact listed = selfEarliestImpact(motion, separation, pairs);
+      selfCandidates(motion, separation, again);
       REQUIRE(pairs.vertex_face == again.vertex_face && pairs.edge_edge == again.edge_edge);
-      timesOfImpact(motion, pairs, separation, times);
+      selfTimesOfImpact(motion, pairs, separation, times);
       double earliest = adaptive_bvh::Impact::kNever;
       for (const auto* of : {&times.vertex_face, &times.edge_edge})
         for (const double time : *of) earliest = std::min(earliest, time);
@@ -433,9 +432,9 @@ class MeshQueries {
       REQUIRE(largestSafeStep(motion, rest, separation) >= 0);
       if (!isPlainFrame() || !arePlain(end)) return;
       REQUIRE(first.time == earliest && listed.time == earliest);
-      if (!first.happens()) return;
+      if (!first.exists()) return;
       REQUIRE(first.kind == listed.kind && first.pair == listed.pair);
-      REQUIRE(timeOfImpact(motion, first.kind, first.pair, separation) == first.time);
+      REQUIRE(selfTimeOfImpact(motion, first.kind, first.pair, separation) == first.time);
     } catch (const std::invalid_argument&) {
       REQUIRE(!isUsable(end) || end.size() != start.size() ||
               !(separation >= 0 && std::isfinite(separation)));
@@ -445,9 +444,8 @@ class MeshQueries {
  private:
   static constexpr double kNear = 0.375;  // distance of the sets
 
-  static adaptive_bvh::ContactSetRequest<double> setRequest(
-      adaptive_bvh::ContactElements elements) {
-    adaptive_bvh::ContactSetRequest<double> request;
+  static adaptive_bvh::ContactSetRequest setRequest(adaptive_bvh::ContactElements elements) {
+    adaptive_bvh::ContactSetRequest request;
     request.distance = kNear;
     request.elements = elements;
     return request;
@@ -463,9 +461,9 @@ class MeshQueries {
   }
   bool isPlainFrame() const { return arePlain(mesh_.vertices()); }
 
-  const DeformableMeshd& mesh_;
-  adaptive_bvh::CoherentDistance<double> coherent_;
-  adaptive_bvh::ContactSet<double> near_obstacle_, own_features_;
+  const DeformableMesh& mesh_;
+  adaptive_bvh::CoherentDistance coherent_;
+  adaptive_bvh::ContactSet near_obstacle_, own_features_;
   fcl::Transform3d obstacle_tf_ = fcl::Transform3d::Identity();  ///< of the sets
 };
 

@@ -53,12 +53,12 @@ class MeshSubject {
     }
     is_sound = is_sound && !triangles.empty();
     try {
-      DeformableMeshd built = made(in, points, triangles);
+      DeformableMesh built = made(in, points, triangles);
       REQUIRE(is_sound);
       if (mesh_)
         *mesh_ = std::move(built);  // the queries keep their reference
       else
-        mesh_ = std::make_unique<DeformableMeshd>(std::move(built));
+        mesh_ = std::make_unique<DeformableMesh>(std::move(built));
       if (!queries_) queries_ = std::make_unique<MeshQueries>(*mesh_);
       frame_ = points;
       previous_.clear();
@@ -66,10 +66,10 @@ class MeshSubject {
       REQUIRE(!is_sound);
     }
   }
-  static DeformableMeshd made(Bytes& in, const Points& points, const Triangles& triangles) {
+  static DeformableMesh made(Bytes& in, const Points& points, const Triangles& triangles) {
     switch (in.below(3)) {
-      case 0: return DeformableMeshd(points, triangles);
-      case 1: return DeformableMeshd(TriangleMesh<double>{points, triangles});
+      case 0: return DeformableMesh(points, triangles);
+      case 1: return DeformableMesh(TriangleMesh{points, triangles});
       default: break;
     }
     Eigen::MatrixX3d v(Eigen::Index(points.size()), 3);
@@ -77,7 +77,7 @@ class MeshSubject {
     for (std::size_t i = 0; i < points.size(); ++i) v.row(Eigen::Index(i)) = points[i];
     for (std::size_t i = 0; i < triangles.size(); ++i)
       for (int k = 0; k < 3; ++k) f(Eigen::Index(i), k) = int(triangles[i][k]);
-    return DeformableMeshd(v, f);
+    return DeformableMesh(v, f);
   }
 
   /// The new positions must be there after it, or an error must have been thrown.
@@ -163,13 +163,13 @@ class MeshSubject {
 
   void snapshot(Bytes& in) {
     switch (in.below(4)) {
-      case 0: snapshot_ = std::make_unique<DeformableMeshd>(*mesh_); break;
+      case 0: snapshot_ = std::make_unique<DeformableMesh>(*mesh_); break;
       case 1:
         if (!snapshot_) return;
         *snapshot_ = *mesh_;
         break;
       case 2: {  // there and back
-        DeformableMeshd other(std::move(*mesh_));
+        DeformableMesh other(std::move(*mesh_));
         *mesh_ = std::move(other);
         return;
       }
@@ -187,8 +187,8 @@ class MeshSubject {
   void settings(Bytes& in) {
     const int threads = in.below(4);
     try {
-      mesh_->setUpdateThreads(threads);
-      mesh_->setQueryThreads(threads);
+      mesh_->setThreads(threads);
+      mesh_->setThreads(threads);
       REQUIRE(threads >= 1);
     } catch (const std::invalid_argument&) {
       REQUIRE(threads < 1);
@@ -211,18 +211,18 @@ class MeshSubject {
   void mixed(Bytes& in) {
     static const auto* const with_mesh = [] {
       auto* built = new adaptive_bvh::AdaptiveBVHModeld;
-      fillModel(tube<double>(3, 2), *built);
+      fillModel(tube(3, 2), *built);
       built->mesh();
       return built;
     }();
     static const auto* const without = [] {
       auto* built = new adaptive_bvh::AdaptiveBVHModeld;
-      fillModel(tube<double>(3, 2), *built);
+      fillModel(tube(3, 2), *built);
       return built;
     }();
     static const auto* const plain = [] {
       auto* built = new fcl::BVHModel<fcl::RSSd>;
-      fillModel(tube<double>(3, 2), *built);
+      fillModel(tube(3, 2), *built);
       return built;
     }();
     const fcl::Transform3d tf = pose(in), still = fcl::Transform3d::Identity();
@@ -244,8 +244,7 @@ class MeshSubject {
         REQUIRE(other == with_mesh);
         REQUIRE((distance.min_distance <= 0) == (contacts.numContacts() > 0));
         if (!arePlain(frame_)) continue;
-        const double expected =
-            BruteForce<double>(*mesh_, still, MeshQueries::obstacle(), tf).distance();
+        const double expected = BruteForce(*mesh_, still, MeshQueries::obstacle(), tf).distance();
         REQUIRE(std::abs(distance.min_distance - expected) < 1e-9);
       } catch (const std::invalid_argument&) {
         REQUIRE(other != with_mesh);
@@ -265,7 +264,7 @@ class MeshSubject {
       case 18:
       case 19:
       case 20: queries_->contactSets(in); break;
-      case 21: queries_->clearance(in); break;
+      case 21: queries_->vertexDistances(in); break;
       default: in.oneIn(4) ? queries_->scene(in) : queries_->excursion(in); break;
     }
   }
@@ -289,7 +288,7 @@ class MeshSubject {
     REQUIRE(snapshot_->vertices() == of_snapshot_);
   }
 
-  std::unique_ptr<DeformableMeshd> mesh_, snapshot_;
+  std::unique_ptr<DeformableMesh> mesh_, snapshot_;
   std::unique_ptr<MeshQueries> queries_;  ///< of mesh_
   Points frame_, previous_, of_snapshot_;
 };

@@ -20,7 +20,7 @@ namespace adaptive_bvh_test {
 namespace bottom_up_test {
 
 using namespace adaptive_bvh;  // NOLINT: the subject of this file
-using Mesh = TriangleMesh<double>;
+using Mesh = TriangleMesh;
 using Plain = fcl::BVHModel<fcl::RSSd>;
 using Point = fcl::Vector3d;
 
@@ -76,20 +76,16 @@ struct Input {
 std::vector<Input> everyKindOfInput() {
   std::mt19937 random(3);
   std::vector<Input> inputs = {
-      {"plate", plate<double>(13, 9)},
-      {"hose", tube<double>(12, 20)},
-      {"dome", dome<double>(17, 8)},
-      {"helmet", scenarios::helmet().mesh()},
-      {"soup", soup<double>(333, random)},
-      {"comb", comb(301)},
-      {"snowflake", snowflake(8)},
-      {"two plates", joined(plate<double>(5, 4), plate<double>(7, 6), {3, 0, 0})},
+      {"plate", plate(13, 9)},     {"hose", tube(12, 20)},
+      {"dome", dome(17, 8)},       {"helmet", scenarios::helmet().mesh()},
+      {"soup", soup(333, random)}, {"comb", comb(301)},
+      {"snowflake", snowflake(8)}, {"two plates", joined(plate(5, 4), plate(7, 6), {3, 0, 0})},
   };
   Mesh one, fan, book, equal, sliver, specks;
   one.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   one.triangles = {{0, 1, 2}};
   inputs.push_back({"one triangle", one});
-  inputs.push_back({"two triangles", plate<double>(1, 1)});
+  inputs.push_back({"two triangles", plate(1, 1)});
   inputs.push_back({"three components", joined(one, joined(one, one, {0, 2, 0}), {0, 0, 3})});
 
   fan.vertices = {{0, 0, 0}};
@@ -113,20 +109,16 @@ std::vector<Input> everyKindOfInput() {
     sliver.triangles.emplace_back(i, i, i);
   }
   inputs.push_back({"points of zero area", sliver});
-  specks = plate<double>(8, 8);
+  specks = plate(8, 8);
   for (int i = 0; i < 37; ++i) specks = joined(specks, one, {0.7 * i, 0.3 * (i % 5), 1});
   inputs.push_back({"a plate and specks", specks});
   Mesh pairs;
-  for (int i = 0; i < 64; ++i)
-    pairs = joined(pairs, plate<double>(1, 1), {2. * (i % 8), 2. * (i / 8), 0});
+  for (int i = 0; i < 64; ++i) pairs = joined(pairs, plate(1, 1), {2. * (i % 8), 2. * (i / 8), 0});
   inputs.push_back({"64 leaves of two triangles", pairs});
   return inputs;
 }
 
-template <typename S>
-int leastDepth(S leaves) {
-  return int(std::ceil(std::log2(double(leaves)) - 1e-9));
-}
+int leastDepth(double leaves) { return int(std::ceil(std::log2(double(leaves)) - 1e-9)); }
 
 class BottomUp : public testing::Test {
  protected:
@@ -152,8 +144,8 @@ TEST_F(BottomUp, IsSoundAndShallowOnEveryInput) {
 // Every level halves the groups, so one component has the least depth there is, and siblings are
 // as high as each other, or one level less where one of them stayed alone once.
 TEST_F(BottomUp, LeavesAtMostOneGroupAloneAndNeverTwice) {
-  for (const Mesh& mesh : {plate<double>(13, 9), tube<double>(12, 20), dome<double>(17, 8),
-                           scenarios::helmet().mesh(), comb(301), snowflake(8)}) {
+  for (const Mesh& mesh : {plate(13, 9), tube(12, 20), dome(17, 8), scenarios::helmet().mesh(),
+                           comb(301), snowflake(8)}) {
     const AdaptiveBVHModeld model = built(mesh);
     EXPECT_EQ(leastDepth(mesh.triangles.size()), measureHierarchy(model).depth);
     std::vector<int> height(std::size_t(model.getNumBVs()), 0);
@@ -199,7 +191,7 @@ TEST_F(BottomUp, LeavesFclsOwnRefitSound) {
 }
 
 TEST_F(BottomUp, ARebuildUsesTheSameStrategy) {
-  const Mesh mesh = tube<double>(9, 14);
+  const Mesh mesh = tube(9, 14);
   for (HierarchyStrategy strategy : {HierarchyStrategy::TopDown, HierarchyStrategy::BottomUp}) {
     Mesh bent = mesh;
     for (Point& p : bent.vertices) p = Point(std::cos(2 * p[0]), std::sin(2 * p[0]), p[1] + p[2]);
@@ -223,14 +215,14 @@ TEST_F(BottomUp, ARebuildUsesTheSameStrategy) {
 TEST_F(BottomUp, IsForPointCloudsToo) {
   AdaptiveBVHModeld cloud;
   cloud.beginModel();
-  cloud.addSubModel(dome<double>(9, 9).vertices);
+  cloud.addSubModel(dome(9, 9).vertices);
   ASSERT_EQ(fcl::BVH_OK, cloud.endModel());
   EXPECT_TRUE(cloud.validate());
   EXPECT_EQ(leastDepth(cloud.num_vertices), measureHierarchy(cloud).depth);
 }
 
 TEST_F(BottomUp, AnswersAsBruteForceOnEveryInput) {
-  const Mesh other = dome<double>(9, 5);
+  const Mesh other = dome(9, 5);
   const AdaptiveBVHModeld probe = built(other);
   std::mt19937 random(8);
   for (const Input& input : everyKindOfInput()) {
@@ -238,12 +230,11 @@ TEST_F(BottomUp, AnswersAsBruteForceOnEveryInput) {
     if (input.mesh.triangles.size() > 800) continue;  // brute force is quadratic
     const AdaptiveBVHModeld model = built(input.mesh);
     for (int pose = 0; pose < 3; ++pose) {
-      const fcl::Transform3d tf = randomPose<double>(random, 2);
+      const fcl::Transform3d tf = randomPose(random, 2);
       fcl::DistanceResultd result;
       const fcl::Transform3d origin = fcl::Transform3d::Identity();
-      fcl::distance<double>(&model, origin, &probe, tf, fcl::DistanceRequestd(), result);
-      EXPECT_NEAR(BruteForce<double>(model, origin, probe, tf).distance(), result.min_distance,
-                  1e-9);
+      fcl::distance(&model, origin, &probe, tf, fcl::DistanceRequestd(), result);
+      EXPECT_NEAR(BruteForce(model, origin, probe, tf).distance(), result.min_distance, 1e-9);
     }
   }
 }
@@ -253,7 +244,7 @@ TEST_F(BottomUp, AnswersAsBruteForceOnEveryInput) {
 /// The groups at one depth, as sets of triangles, are connected by shared edges.
 TEST_F(BottomUp, GroupsAreConnectedPatches) {
   // A sheet folded so that its halves lie a hair apart. Top-down mixes both; the mesh does not.
-  Mesh mesh = plate<double>(16, 8, 2, 1);
+  Mesh mesh = plate(16, 8, 2, 1);
   for (Point& p : mesh.vertices)
     if (p[0] > 1) p = Point(2 - p[0], p[1], 0.001);
   const auto connected = [&](const Plain& model, int node) {
@@ -283,7 +274,7 @@ TEST_F(BottomUp, GroupsAreConnectedPatches) {
 // On a plate of 16 x 16 squares: two triangles make a square, four a 2 x 1 rectangle, eight a
 // square again, and so on up to the plate.
 TEST_F(BottomUp, PairsToSquaresOnAPlate) {
-  const AdaptiveBVHModeld model = built(plate<double>(16, 16));
+  const AdaptiveBVHModeld model = built(plate(16, 16));
   const HierarchyQuality quality = measureHierarchy(model);
   ASSERT_EQ(9, quality.depth);
   for (int k = 1; k <= 9; ++k) {
@@ -297,7 +288,7 @@ TEST_F(BottomUp, PairsToSquaresOnAPlate) {
 // Where sizes are no powers of two, groups cannot all be squares; they stay compact.
 TEST_F(BottomUp, StaysCompactOnOtherPlates) {
   for (int cells : {9, 13, 22, 37}) {
-    const HierarchyQuality quality = measureHierarchy(built(plate<double>(cells, cells)));
+    const HierarchyQuality quality = measureHierarchy(built(plate(cells, cells)));
     EXPECT_LT(quality.aspect_ratio, 1.6) << cells;
     for (const LevelQuality& level : quality.levels) EXPECT_LT(level.area, 2 * 2.2) << cells;
   }
@@ -330,7 +321,7 @@ double hullSurface(const std::vector<Point>& points) {
   constexpr int kDirections = 2000;
   double sum = 0;
   for (int i = 0; i < kDirections; ++i) {
-    const Eigen::Matrix3d turn = randomPose<double>(random, 0).linear();
+    const Eigen::Matrix3d turn = randomPose(random, 0).linear();
     std::vector<Eigen::Vector2d> shadow;
     for (const Point& p : points) shadow.emplace_back((turn * p).head<2>());
     sum += flatHullArea(shadow);
@@ -369,8 +360,7 @@ TEST_F(BottomUp, MergesComponentsByProximity) {
   std::shuffle(clump.begin(), clump.end(), random);
   Mesh mesh;
   for (int i : clump)
-    mesh = joined(mesh, soup<double>(1, random),
-                  {10. * (i % 2), 10. * (i / 2 % 2), 10. * (i / 4 % 2)});
+    mesh = joined(mesh, soup(1, random), {10. * (i % 2), 10. * (i / 2 % 2), 10. * (i / 4 % 2)});
   const AdaptiveBVHModeld model = built(mesh);
   const std::vector<int> nodes = nodesAtDepth(model, 3);
   ASSERT_EQ(8u, nodes.size());
@@ -383,9 +373,9 @@ TEST_F(BottomUp, MergesComponentsByProximity) {
 
 TEST_F(BottomUp, KeepsComponentsTogether) {
   // Two plates that lie across each other, far from square: each is a child of the root.
-  Mesh cross = plate<double>(20, 2, 10, 1);
+  Mesh cross = plate(20, 2, 10, 1);
   for (Point& p : cross.vertices) p = Point(4.5 + p[1], p[0] - 4.5, 0.1);
-  const Mesh mesh = joined(plate<double>(20, 2, 10, 1), cross, {0, 0, 0});
+  const Mesh mesh = joined(plate(20, 2, 10, 1), cross, {0, 0, 0});
   const AdaptiveBVHModeld model = built(mesh);
   for (int node : nodesAtDepth(model, 1)) {
     std::set<bool> plates;

@@ -62,7 +62,7 @@ TEST(DirtyNodesOfRandomTrees, AreThoseAboveTheVertices) {
 template <typename S>
 class NodesOfModels : public testing::Test {
  protected:
-  void build(const TriangleMesh<S>& mesh) {
+  void build(const TriangleMesh& mesh) {
     fillModel(mesh, model_);
     topology_.assign(model_);
     nodes_ = topology_.dirtyNodes(mesh.vertices.size());
@@ -100,11 +100,10 @@ TYPED_TEST_SUITE(NodesOfModels, Scalars);
 /// Of every vertex of a triangle, a sheet, a hose and a soup: all pairs above its triangles, no
 /// other, and its slots.
 TYPED_TEST(NodesOfModels, AreWhatIsAboveAVertex) {
-  using S = TypeParam;
   std::mt19937 random(testSeed(7));
-  TriangleMesh<S> sheet = plate<S>(5, 4);
+  TriangleMesh sheet = plate(5, 4);
   sheet.vertices.emplace_back(5, 5, 5);  // without a triangle
-  for (const auto& mesh : {soup<S>(1, random), plate<S>(1, 1), sheet, tube<S>(6, 5)}) {
+  for (const auto& mesh : {soup(1, random), plate(1, 1), sheet, tube(6, 5)}) {
     this->build(mesh);
     for (unsigned v = 0; v < mesh.vertices.size(); ++v) {
       this->nodes_.add(v);
@@ -121,7 +120,7 @@ TYPED_TEST(NodesOfModels, AreWhatIsAboveAVertex) {
 
 /// Marks of several vertices add up.
 TYPED_TEST(NodesOfModels, OfSeveralVerticesAddUp) {
-  this->build(plate<TypeParam>(6, 6));
+  this->build(plate(6, 6));
   std::set<int> expected;
   for (const unsigned v : {0u, 24u, 48u, 25u, 0u}) {
     this->nodes_.add(v);

@@ -28,7 +28,7 @@ using Links = Scratch<Link>;
 
 // ---- edges --------------------------------------------------------------------------------------
 
-Links linksOf(const TriangleMesh<double>& mesh) {
+Links linksOf(const TriangleMesh& mesh) {
   MeshView<double> view;
   view.vertices = mesh.vertices.data();
   view.triangles = mesh.triangles.data();
@@ -49,7 +49,7 @@ void expectLink(unsigned first, unsigned second, double weight, const Link& link
 //  | / | \ |
 //  0---1---4
 TEST(SharedEdges, LinkTrianglesByTheLengthTheyShare) {
-  TriangleMesh<double> mesh;
+  TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {2, 0, 0}, {2, 1, 0}};
   mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {1, 4, 2}, {4, 5, 2}};
   const Links links = linksOf(mesh);
@@ -60,7 +60,7 @@ TEST(SharedEdges, LinkTrianglesByTheLengthTheyShare) {
 }
 
 TEST(SharedEdges, SumWhatTwoTrianglesShare) {
-  TriangleMesh<double> mesh;
+  TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {3, 0, 0}, {0, 4, 0}};
   mesh.triangles = {{0, 1, 2}, {2, 1, 0}};
   const Links links = linksOf(mesh);
@@ -69,8 +69,8 @@ TEST(SharedEdges, SumWhatTwoTrianglesShare) {
 }
 
 /// Triangles around one edge of length 2.
-TriangleMesh<double> book(std::size_t pages) {
-  TriangleMesh<double> mesh;
+TriangleMesh book(std::size_t pages) {
+  TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {0, 0, 2}};
   for (std::size_t page = 0; page < pages; ++page) {
     mesh.vertices.emplace_back(1, page, 0);
@@ -93,8 +93,8 @@ TEST(SharedEdges, GrowLinearlyWithThePagesOfAThickBook) {
 
 // Cutting the mesh apart changes nothing: same positions, same links.
 TEST(SharedEdges, ConnectTrianglesWithVerticesOfTheirOwn) {
-  const TriangleMesh<double> mesh = tube<double>(7, 5);
-  TriangleMesh<double> apart;
+  const TriangleMesh mesh = tube(7, 5);
+  TriangleMesh apart;
   for (const fcl::Triangle& t : mesh.triangles) {
     const std::size_t v = apart.vertices.size();
     for (int k = 0; k < 3; ++k) apart.vertices.push_back(mesh.vertices[t[k]]);
@@ -109,7 +109,7 @@ TEST(SharedEdges, ConnectTrianglesWithVerticesOfTheirOwn) {
 // Two coincident layers are linked along their borders only: inside, their edges have two
 // triangles already. They may move apart.
 TEST(SharedEdges, DoNotSewCoincidentLayers) {
-  TriangleMesh<double> mesh = plate<double>(4, 4);
+  TriangleMesh mesh = plate(4, 4);
   const std::size_t layer = mesh.vertices.size(), triangles = mesh.triangles.size();
   for (std::size_t v = 0; v < layer; ++v) mesh.vertices.push_back(mesh.vertices[v]);
   for (std::size_t t = 0; t < triangles; ++t)
@@ -122,7 +122,7 @@ TEST(SharedEdges, DoNotSewCoincidentLayers) {
 }
 
 TEST(SharedEdges, IgnoreDegenerateTriangles) {
-  TriangleMesh<double> mesh;
+  TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}};
   mesh.triangles = {{0, 0, 0}, {0, 1, 0}, {0, 1, 2}, {0, 3, 0}};
   const Links links = linksOf(mesh);

@@ -21,20 +21,14 @@ using adaptive_bvh::VertexSlots;
 using BV = fcl::RSSd;
 using Model = adaptive_bvh::AdaptiveBVHModel<BV>;
 
-std::vector<TriangleMesh<double>> meshesWithLooseVertices() {
+std::vector<TriangleMesh> meshesWithLooseVertices() {
   std::mt19937 random(testSeed(3));
-  TriangleMesh<double> loose = plate<double>(9, 9);
+  TriangleMesh loose = plate(9, 9);
   for (int i = 0; i < 5; ++i) loose.vertices.emplace_back(i, 7, 7);  // of no triangle
-  TriangleMesh<double> repeated = soup<double>(30, random);
+  TriangleMesh repeated = soup(30, random);
   for (fcl::Triangle& t : repeated.triangles) t.set(t[0], t[1], t[1]);
-  return {plate<double>(1, 1),
-          plate<double>(7, 7),
-          plate<double>(20, 9),
-          tube<double>(6, 40),
-          soup<double>(1, random),
-          soup<double>(300, random),
-          loose,
-          repeated};
+  return {plate(1, 1),     plate(7, 7),       plate(20, 9), tube(6, 40),
+          soup(1, random), soup(300, random), loose,        repeated};
 }
 
 std::vector<unsigned> slotsBelow(const VertexSlots& slots, const fcl::BVNode<BV>& node) {
@@ -147,7 +141,7 @@ TEST(VertexSlots, VerticesWithoutATriangleComeLast) {
 TEST(VertexSlots, OfPointClouds) {
   fcl::BVHModel<BV> cloud;
   cloud.beginModel();
-  const std::vector<Vector3<double>> points = tube<double>(10, 9).vertices;
+  const std::vector<fcl::Vector3d> points = tube(10, 9).vertices;
   cloud.addSubModel(points);
   cloud.endModel();
   Topology topology;

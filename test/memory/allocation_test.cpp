@@ -21,7 +21,7 @@
 namespace adaptive_bvh_test {
 namespace allocation_test {
 
-using adaptive_bvh::DeformableMeshd;
+using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::HierarchyStrategy;
 using adaptive_bvh::RefitPolicy;
@@ -35,13 +35,13 @@ TEST(AllocationCounter, Counts) {
 }
 
 TEST_P(Allocation, NoneInASteadyStateFrame) {
-  const TriangleMesh<double> mesh = plate<double>(10, 10);
+  const TriangleMesh mesh = plate(10, 10);
   AdaptiveModel model(RefitPolicy::thesis(GetParam())), other;
   fillModel(mesh, model);
-  fillModel(tube<double>(6, 8), other);
+  fillModel(tube(6, 8), other);
   fcl::Transform3d tf = fcl::Transform3d::Identity(), above = tf;
   above.translation() = Eigen::Vector3d(0, 0.4, 0.5);
-  Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 3);
+  Deformation deformation(mesh, Deformation::Kind::Smooth, 3);
 
   long in_updates = 0, in_queries = 0;
   int refitted = 0;
@@ -65,7 +65,7 @@ TEST_P(Allocation, NoneInASteadyStateFrame) {
 
     fcl::DistanceResultd distance;
     before = allocationCount();
-    adaptive_bvh::distance<double>(&model, tf, &other, above, fcl::DistanceRequestd(), distance);
+    adaptive_bvh::distance(&model, tf, &other, above, fcl::DistanceRequestd(), distance);
     if (frame > 0) in_queries += allocationCount() - before;
     EXPECT_GT(distance.min_distance, 0);
   }
@@ -78,18 +78,18 @@ TEST_P(Allocation, NoneInASteadyStateFrame) {
 /// the largest search that there was: so the motion is gone through three times, and the last one
 /// counts.
 TEST(AllocationOfAModelWithAMesh, NoneInASteadyStateFrame) {
-  const TriangleMesh<double> mesh = plate<double>(10, 10);
+  const TriangleMesh mesh = plate(10, 10);
   AdaptiveModel model, other;
   fillModel(mesh, model);
-  fillModel(tube<double>(6, 8), other);
+  fillModel(tube(6, 8), other);
   adaptive_bvh::CoherentDistance pair(model.mesh(), other.mesh());
   fcl::Transform3d tf = fcl::Transform3d::Identity(), above = tf;
   above.translation() = Eigen::Vector3d(0, 0.4, 0.5);
-  std::vector<std::vector<Vector3<double>>> frames;
-  Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 3);
+  std::vector<std::vector<fcl::Vector3d>> frames;
+  Deformation deformation(mesh, Deformation::Kind::Smooth, 3);
   for (int frame = 0; frame < 40; ++frame) frames.push_back(deformation.next());
   const std::vector<unsigned> some = {3, 40, 41};
-  std::vector<Vector3<double>> to(3);
+  std::vector<fcl::Vector3d> to(3);
 
   long in_updates = 0, in_queries = 0;
   int refitted = 0;
@@ -109,9 +109,9 @@ TEST(AllocationOfAModelWithAMesh, NoneInASteadyStateFrame) {
     above.translation()[2] = 0.5 - 0.001 * (frame % 5);
     before = allocationCount();
     fcl::DistanceResultd recorded, of_meshes, coherent;
-    adaptive_bvh::distance<double>(&model, tf, &other, above, fcl::DistanceRequestd(), recorded);
-    adaptive_bvh::distance<double>(&model.mesh(), tf, &other.mesh(), above, fcl::DistanceRequestd(),
-                                   of_meshes);
+    adaptive_bvh::distance(&model, tf, &other, above, fcl::DistanceRequestd(), recorded);
+    adaptive_bvh::distance(&model.mesh(), tf, &other.mesh(), above, fcl::DistanceRequestd(),
+                           of_meshes);
     pair.distance(tf, above, fcl::DistanceRequestd(), coherent);
     if (frame >= 80) in_queries += allocationCount() - before;
     EXPECT_NEAR(recorded.min_distance, coherent.min_distance, 1e-12);
@@ -124,27 +124,27 @@ TEST(AllocationOfAModelWithAMesh, NoneInASteadyStateFrame) {
 
 /// Queries of what is near write into results that are used again.
 TEST(AllocationOfProximity, NoneInASteadyStateFrame) {
-  const TriangleMesh<double> mesh = plate<double>(10, 10);
-  DeformableMeshd model(mesh), other(tube<double>(6, 8));
+  const TriangleMesh mesh = plate(10, 10);
+  DeformableMesh model(mesh), other(tube(6, 8));
   fcl::Transform3d tf = fcl::Transform3d::Identity(), above = tf;
   above.translation() = Eigen::Vector3d(0, 0.4, 0.3);
-  Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 3);
-  std::vector<std::vector<Vector3<double>>> frames;
+  Deformation deformation(mesh, Deformation::Kind::Smooth, 3);
+  std::vector<std::vector<fcl::Vector3d>> frames;
   for (int frame = 0; frame < 20; ++frame) frames.push_back(deformation.next());
 
   adaptive_bvh::CoherentProximity pair(model, other);
-  adaptive_bvh::TrianglePairs<double> pairs, own;
+  adaptive_bvh::TrianglePairs pairs, own;
   adaptive_bvh::FeaturePairs features;
   std::vector<double> numbers;
-  std::vector<adaptive_bvh::ClosestPoint<double>> closest;
-  std::vector<adaptive_bvh::RayHit<double>> hits, first;
+  std::vector<adaptive_bvh::ClosestPoint> closest;
+  std::vector<adaptive_bvh::RayHit> hits, first;
   std::vector<std::uint8_t> any;
-  adaptive_bvh::FeaturePairDetails<double> details;
-  adaptive_bvh::FeaturePairDerivatives<double> derivatives;
-  adaptive_bvh::DistanceDerivatives<double> of_distance;
+  adaptive_bvh::FeaturePairDetails details;
+  adaptive_bvh::FeaturePairDerivatives derivatives;
+  adaptive_bvh::DistanceDerivatives of_distance;
   fcl::DistanceResultd nearest;
   nearest.b1 = nearest.b2 = 1;
-  adaptive_bvh::ProximityRequest<double> request;
+  adaptive_bvh::ProximityRequest request;
   request.distance = 0.2;
   request.enable_distances = request.enable_nearest_points = true;
   long in_queries = 0;
@@ -155,11 +155,11 @@ TEST(AllocationOfProximity, NoneInASteadyStateFrame) {
     pair.isNearer(tf, above, 0.05 * (frame % 3));
     isNearer(model, tf, other, above, 0.1);
     found += pairsWithin(model, tf, other, above, request, pairs);
-    pairsWithin(model, request, own);
+    selfPairsWithin(model, request, own);
     featurePairsWithin(model, tf, other, above, 0.2, features);
-    clearance(model, tf, other, above, 0.5, numbers);
+    vertexDistances(model, tf, other, above, 0.5, numbers);
     closestPoints(model, frames[0], closest);
-    rayHits(model, Vector3<double>(0.3, 0.4, 2), Vector3<double>(0, 0.01, -1), hits);
+    rayHits(model, fcl::Vector3d(0.3, 0.4, 2), fcl::Vector3d(0, 0.01, -1), hits);
     firstHits(model, frames[0].data(), frames[1].data(), frames[0].size(), first);
     anyHits(model, frames[0].data(), frames[1].data(), frames[0].size(), any);
     featurePairDetails(model, tf, other, above, features, details);
@@ -173,19 +173,19 @@ TEST(AllocationOfProximity, NoneInASteadyStateFrame) {
 
 /// Contacts of vertices with a closed mesh and with a shape; signed distances and winding numbers.
 TEST(AllocationOfVertexContacts, NoneInASteadyStateFrame) {
-  const TriangleMesh<double> mesh = gridBall<double>(24, 20);
-  DeformableMeshd model(mesh);
-  const DeformableMeshd other(gridBall<double>(20, 16)), open(dome<double>(20, 8));
+  const TriangleMesh mesh = gridBall(24, 20);
+  DeformableMesh model(mesh);
+  const DeformableMesh other(gridBall(20, 16)), open(dome(20, 8));
   const fcl::Sphered sphere(1);
   fcl::Transform3d tf = fcl::Transform3d::Identity(), above = tf;
   above.translation() = Eigen::Vector3d(0, 0.4, 1.6);
-  Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 3);
-  std::vector<std::vector<Vector3<double>>> frames;
+  Deformation deformation(mesh, Deformation::Kind::Smooth, 3);
+  std::vector<std::vector<fcl::Vector3d>> frames;
   for (int frame = 0; frame < 20; ++frame) frames.push_back(deformation.next());
-  adaptive_bvh::VertexContacts<double> of_first, of_second, of_sphere;
-  adaptive_bvh::DistanceDerivatives<double> derivatives;
+  adaptive_bvh::VertexContacts of_first, of_second, of_sphere;
+  adaptive_bvh::DistanceDerivatives derivatives;
   std::vector<double> distances, numbers;
-  std::vector<adaptive_bvh::ClosestFeature<double>> features;
+  std::vector<adaptive_bvh::ClosestFeature> features;
   long in_queries = 0;
   std::size_t found = 0;
   for (int frame = 0; frame < 60; ++frame) {
@@ -206,16 +206,16 @@ TEST(AllocationOfVertexContacts, NoneInASteadyStateFrame) {
 
 /// Regions of two meshes, and their identity.
 TEST(AllocationOfContactRegions, NoneInASteadyStateFrame) {
-  const TriangleMesh<double> mesh = gridBall<double>(24, 20);
-  DeformableMeshd model(mesh);
-  const DeformableMeshd other(gridBall<double>(20, 16));
+  const TriangleMesh mesh = gridBall(24, 20);
+  DeformableMesh model(mesh);
+  const DeformableMesh other(gridBall(20, 16));
   const fcl::Transform3d tf = fcl::Transform3d::Identity();
   fcl::Transform3d above = tf;
   above.translation() = Eigen::Vector3d(0, 0.4, 1.6);
-  Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 3);
-  std::vector<std::vector<Vector3<double>>> frames;
+  Deformation deformation(mesh, Deformation::Kind::Smooth, 3);
+  std::vector<std::vector<fcl::Vector3d>> frames;
   for (int frame = 0; frame < 20; ++frame) frames.push_back(deformation.next());
-  adaptive_bvh::ContactRegions<double> regions;
+  adaptive_bvh::ContactRegions regions;
   adaptive_bvh::ContactTracker tracker;
   long in_queries = 0;
   std::size_t found = 0;
@@ -232,11 +232,11 @@ TEST(AllocationOfContactRegions, NoneInASteadyStateFrame) {
 
 /// Continuous collision keeps its memory in the thread and in the results.
 TEST(AllocationOfContinuousCollision, NoneInASteadyStateFrame) {
-  using Motion = adaptive_bvh::Motion<double>;
-  const TriangleMesh<double> mesh = plate<double>(20, 20), hose = tube<double>(6, 8);
-  const DeformableMeshd model(mesh), other(hose);
-  Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 3);
-  std::vector<std::vector<Vector3<double>>> frames;
+  using Motion = adaptive_bvh::Motion;
+  const TriangleMesh mesh = plate(20, 20), hose = tube(6, 8);
+  const DeformableMesh model(mesh), other(hose);
+  Deformation deformation(mesh, Deformation::Kind::Smooth, 3);
+  std::vector<std::vector<fcl::Vector3d>> frames;
   for (int frame = 0; frame < 20; ++frame) frames.push_back(deformation.next());
   adaptive_bvh::FeaturePairs pairs, own;
   adaptive_bvh::ImpactTimes times;
@@ -250,7 +250,7 @@ TEST(AllocationOfContinuousCollision, NoneInASteadyStateFrame) {
     candidates(motion, still, 0.1, pairs);
     timesOfImpact(motion, still, pairs, 0.1, times);
     earliestImpact(motion, still, 0.01);
-    earliestImpact(motion, 0.001, own);
+    selfEarliestImpact(motion, 0.001, own);
     safeDisplacements(motion, still, 0.01, of_first, of_second);
     truncateMotion(motion, still, 0.01, of_first, of_second);
     if (frame >= 38) in_queries += allocationCount() - before;
@@ -261,16 +261,16 @@ TEST(AllocationOfContinuousCollision, NoneInASteadyStateFrame) {
 
 /// Steps of a solver within a trust region, also where it searches again.
 TEST(AllocationOfATrustRegion, NoneInASteadyStateFrame) {
-  const TriangleMesh<double> mesh = plate<double>(20, 20), hose = tube<double>(6, 8);
-  const DeformableMeshd model(mesh), other(hose);
-  Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 3);
-  std::vector<std::vector<Vector3<double>>> frames;
+  const TriangleMesh mesh = plate(20, 20), hose = tube(6, 8);
+  const DeformableMesh model(mesh), other(hose);
+  Deformation deformation(mesh, Deformation::Kind::Smooth, 3);
+  std::vector<std::vector<fcl::Vector3d>> frames;
   for (int frame = 0; frame < 10; ++frame) frames.push_back(deformation.next());
-  adaptive_bvh::TrustRegionRequest<double> request;
+  adaptive_bvh::TrustRegionRequest request;
   request.radius = 0.01;
-  adaptive_bvh::TrustRegiond region(model, request);
+  adaptive_bvh::TrustRegion region(model, request);
   region.addObstacle(other);
-  std::vector<Vector3<double>> accepted;
+  std::vector<fcl::Vector3d> accepted;
   long in_region = 0;
   std::size_t searches = 0;
   for (int round = 0; round < 6; ++round) {
@@ -285,8 +285,8 @@ TEST(AllocationOfATrustRegion, NoneInASteadyStateFrame) {
 }
 
 /// The faces of a cube, two triangles each.
-TriangleMesh<double> box() {
-  TriangleMesh<double> mesh;
+TriangleMesh box() {
+  TriangleMesh mesh;
   for (int corner = 0; corner < 8; ++corner)
     mesh.vertices.emplace_back(corner & 1, corner >> 1 & 1, corner >> 2);
   const std::size_t faces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
@@ -299,14 +299,14 @@ TriangleMesh<double> box() {
 }
 
 template <typename Model>
-long allocationsOfBuild(const TriangleMesh<double>& mesh, Model& model) {
+long allocationsOfBuild(const TriangleMesh& mesh, Model& model) {
   const long before = allocationCount();
   EXPECT_EQ(fcl::BVH_OK, fillModel(mesh, model));
   return allocationCount() - before;
 }
 
 template <typename Model>
-long allocationsOfRebuild(const TriangleMesh<double>& mesh, Model& model) {
+long allocationsOfRebuild(const TriangleMesh& mesh, Model& model) {
   const long before = allocationCount();
   model.beginReplaceModel();
   model.replaceSubModel(mesh.vertices);
@@ -319,7 +319,7 @@ class AllocationOfABuild : public testing::TestWithParam<HierarchyStrategy> {};
 // What is kept beside FCL's tree costs nine allocations, whatever the size of the model. A few
 // dozen more for building it would be most of the time that a small one takes.
 TEST_P(AllocationOfABuild, IsThatOfWhatIsKept) {
-  for (const TriangleMesh<double>& mesh : {box(), plate<double>(4, 4)}) {
+  for (const TriangleMesh& mesh : {box(), plate(4, 4)}) {
     PlainModel plain;
     AdaptiveModel first(GetParam()), model(GetParam());
     fillModel(mesh, first);  // the thread's own memory

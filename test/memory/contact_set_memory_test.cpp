@@ -15,16 +15,16 @@ namespace adaptive_bvh_test {
 namespace contact_set_memory_test {
 
 using adaptive_bvh::ContactElements;
-using adaptive_bvh::ContactSetd;
-using adaptive_bvh::DeformableMeshd;
+using adaptive_bvh::ContactSet;
+using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::FeatureKind;
 using adaptive_bvh::FeaturePair;
 using adaptive_bvh::NumberedPairs;
-using Request = adaptive_bvh::ContactSetRequest<double>;
+using Request = adaptive_bvh::ContactSetRequest;
 
 /// All that can be seen of a set.
 struct Seen {
-  explicit Seen(const ContactSetd& set) {
+  explicit Seen(const ContactSet& set) {
     for (const NumberedPairs* list :
          {&set.triangles(), &set.features(FeatureKind::VertexFace),
           &set.features(FeatureKind::FaceVertex), &set.features(FeatureKind::EdgeEdge)}) {
@@ -56,7 +56,7 @@ struct Seen {
 
 class ContactSetMemory : public testing::TestWithParam<ContactElements> {
  protected:
-  std::vector<Vector3<double>> moved(std::vector<Vector3<double>> points, double by) {
+  std::vector<fcl::Vector3d> moved(std::vector<fcl::Vector3d> points, double by) {
     for (auto& p : points) p += random_.point() * by;
     return points;
   }
@@ -72,7 +72,7 @@ class ContactSetMemory : public testing::TestWithParam<ContactElements> {
     int failures = 0;
     std::vector<std::vector<FeaturePair>> after;
     for (long n = 0;; ++n) {
-      ContactSetd set = make();
+      ContactSet set = make();
       const Seen before(set);
       bool was_reached = false, succeeds = true;
       onNewThread([&] {
@@ -98,21 +98,21 @@ class ContactSetMemory : public testing::TestWithParam<ContactElements> {
     EXPECT_GE(failures, int(allocates));
   }
 
-  RandomGeometry<double> random_{77};
+  RandomGeometry random_{77};
 };
 INSTANTIATE_TEST_SUITE_P(Both, ContactSetMemory,
                          testing::Values(ContactElements::Triangles, ContactElements::Features));
 
 TEST_P(ContactSetMemory, AFailedUpdateLeavesTheSet) {
-  DeformableMeshd mesh(gridBall<double>(7, 5)), other(mesh);
+  DeformableMesh mesh(gridBall(7, 5)), other(mesh);
   other.update(moved(other.vertices(), 0.3));
-  failEach([&] { return ContactSetd(mesh, other, request()); }, true);
+  failEach([&] { return ContactSet(mesh, other, request()); }, true);
   const auto start = mesh.vertices();
   for (const double by : {0.004, 0.05, 0.5}) {
     const auto then = moved(start, by);
     const auto started = [&](auto... meshes) {
       mesh.update(start);
-      ContactSetd set(*meshes..., request());
+      ContactSet set(*meshes..., request());
       set.update();
       mesh.update(then);
       return set;
@@ -120,19 +120,19 @@ TEST_P(ContactSetMemory, AFailedUpdateLeavesTheSet) {
     failEach([&] { return started(&mesh); });
     failEach([&] { return started(&mesh, &other); });
   }
-  const DeformableMeshd before = mesh;
+  const DeformableMesh before = mesh;
   failEach([&] {
     mesh = before;
-    ContactSetd set(mesh, request());
+    ContactSet set(mesh, request());
     set.update();
-    mesh = DeformableMeshd(gridBall<double>(6, 5));
+    mesh = DeformableMesh(gridBall(6, 5));
     return set;
   });
 }
 
 TEST_P(ContactSetMemory, AFailedUpdateOfASceneLeavesTheSet) {
-  adaptive_bvh::Scened scene;
-  std::vector<DeformableMeshd> meshes(4, DeformableMeshd(gridBall<double>(6, 4)));
+  adaptive_bvh::Scene scene;
+  std::vector<DeformableMesh> meshes(4, DeformableMesh(gridBall(6, 4)));
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     fcl::Transform3d tf = fcl::Transform3d::Identity();
     tf.translation() = 0.8 * random_.point();
@@ -140,16 +140,16 @@ TEST_P(ContactSetMemory, AFailedUpdateOfASceneLeavesTheSet) {
   }
   const auto start = meshes[1].vertices(), then = moved(start, 0.05);
   scene.update();
-  failEach([&] { return ContactSetd(scene, request()); }, true);
+  failEach([&] { return ContactSet(scene, request()); }, true);
   failEach([&] {
     scene.setTransform(0, fcl::Transform3d::Identity());
     meshes[1].update(start);
     scene.update();
-    ContactSetd set(scene, request());
+    ContactSet set(scene, request());
     set.update();
     meshes[1].update(then);
     fcl::Transform3d away = fcl::Transform3d::Identity();
-    away.translation() = Vector3<double>(9, 9, 9);
+    away.translation() = fcl::Vector3d(9, 9, 9);
     scene.setTransform(0, away);
     scene.update();
     return set;
@@ -157,12 +157,12 @@ TEST_P(ContactSetMemory, AFailedUpdateOfASceneLeavesTheSet) {
 }
 
 TEST_P(ContactSetMemory, ASteadyStepAllocatesNothing) {
-  DeformableMeshd mesh(plate<double>(14, 14)), ball(gridBall<double>(12, 10));
-  adaptive_bvh::Scened scene;
+  DeformableMesh mesh(plate(14, 14)), ball(gridBall(12, 10));
+  adaptive_bvh::Scene scene;
   scene.add(mesh);
   scene.add(ball);
   Request request = this->request();
-  ContactSetd self(mesh, request), both(mesh, ball, request), of_scene(scene, request);
+  ContactSet self(mesh, request), both(mesh, ball, request), of_scene(scene, request);
   const auto start = mesh.vertices();
   for (const double by : {0.002, 0.1})
     for (int step = 0; step < 120; ++step) {

@@ -19,22 +19,21 @@ namespace failed_mesh_test {
 using adaptive_bvh::DeformableMesh;
 using fcl::Transform3d;
 
-template <typename S>
 class FailedMeshCall : public testing::Test {
  protected:
-  using Mesh = DeformableMesh<S>;
-  using Point = Vector3<S>;
+  using Mesh = DeformableMesh;
+  using Point = fcl::Vector3d;
   using Points = std::vector<Point>;
 
-  FailedMeshCall() : sheet_(plate<S>(4, 4)), tool_(tube<S>(4, 4)) {
-    for (Point& p : sheet_.vertices) p[2] = S(0.1) * std::sin(5 * p[0]);
-    for (Point& p : tool_.vertices) p[2] += S(0.7);
+  FailedMeshCall() : sheet_(plate(4, 4)), tool_(tube(4, 4)) {
+    for (Point& p : sheet_.vertices) p[2] = 0.1 * std::sin(5 * p[0]);
+    for (Point& p : tool_.vertices) p[2] += 0.7;
   }
 
   /// Of all vertices; that of no number is the same as another one's.
   Points moved(int number) const { return moved(sheet_.vertices, number); }
   static Points moved(Points points, int number) {
-    for (Point& p : points) p[2] += S(0.05) * std::sin(S(number) + 7 * p[1]);
+    for (Point& p : points) p[2] += 0.05 * std::sin(double(number) + 7 * p[1]);
     return points;
   }
   Mesh make() const {
@@ -65,13 +64,12 @@ class FailedMeshCall : public testing::Test {
          << report.largest_displacement << report.turned;
     text << mesh.aabb_local.min_.transpose() << mesh.aabb_local.max_.transpose()
          << mesh.aabb_radius;
-    fcl::DistanceResult<S> result;
+    fcl::DistanceResultd result;
     const Mesh tool(tool_);
-    const auto identity = fcl::Transform3<S>::Identity();
-    text << adaptive_bvh::distance(&mesh, identity, &tool, identity, fcl::DistanceRequest<S>(true),
+    const auto identity = fcl::Transform3d::Identity();
+    text << adaptive_bvh::distance(&mesh, identity, &tool, identity, fcl::DistanceRequestd(true),
                                    result)
-         << result.b1 << result.b2
-         << adaptive_bvh::isNearer(mesh, identity, tool, identity, S(0.5));
+         << result.b1 << result.b2 << adaptive_bvh::isNearer(mesh, identity, tool, identity, 0.5);
   }
 
   /// Fails each allocation of a call that changes a mesh.
@@ -85,18 +83,16 @@ class FailedMeshCall : public testing::Test {
         what, [&] { return make(); }, call);
   }
 
-  TriangleMesh<S> sheet_, tool_;
+  TriangleMesh sheet_, tool_;
 };
-TYPED_TEST_SUITE(FailedMeshCall, MeshScalars);
 
-TYPED_TEST(FailedMeshCall, AnUpdateOfAllVertices) {
-  using S = TypeParam;
-  using Mesh = DeformableMesh<S>;
-  using Rows = Eigen::Matrix<S, Eigen::Dynamic, 3, Eigen::RowMajor>;
+TEST_F(FailedMeshCall, AnUpdateOfAllVertices) {
+  using Mesh = DeformableMesh;
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
   const auto to = this->moved(2);
   EXPECT_EQ(0, this->failEach("all", [&](Mesh& mesh) { mesh.update(to); }));
   // The positions of the frame before, in single precision in both.
-  const int frames = std::is_same<S, float>::value ? 2 : 1;
+  const int frames = 1;
   EXPECT_EQ(frames, this->failEach("two frames", [&](Mesh& mesh) { mesh.updateTwoFrames(to); }));
   Rows rows(to.size(), 3);
   for (std::size_t v = 0; v < to.size(); ++v) rows.row(Eigen::Index(v)) = to[v].transpose();
@@ -114,12 +110,11 @@ TYPED_TEST(FailedMeshCall, AnUpdateOfAllVertices) {
   EXPECT_EQ(0, this->failEach("one after two", twoFrames, [&](Mesh& mesh) { mesh.update(to); }));
 }
 
-TYPED_TEST(FailedMeshCall, AnUpdateOfSomeVertices) {
-  using S = TypeParam;
-  using Mesh = DeformableMesh<S>;
+TEST_F(FailedMeshCall, AnUpdateOfSomeVertices) {
+  using Mesh = DeformableMesh;
   const std::vector<unsigned> some = {3, 5, 3, 11};
   const auto all = this->moved(2);
-  const std::vector<Vector3<S>> to = {all[0], all[5], all[3], all[11]};
+  const std::vector<fcl::Vector3d> to = {all[0], all[5], all[3], all[11]};
   const auto update = [&](Mesh& mesh) { mesh.update(some.data(), to.data(), some.size()); };
   EXPECT_GE(this->failEach("first", update), 5) << "which leaves a vertex has, and what is marked";
   const auto again = [&] {
@@ -133,7 +128,7 @@ TYPED_TEST(FailedMeshCall, AnUpdateOfSomeVertices) {
   }) - 1);
   // So far that all boxes are refitted; and from the mesh's own positions.
   EXPECT_EQ(0, this->failEach("far", again, [&](Mesh& mesh) {
-    const Vector3<S> far(50, 60, 70);
+    const fcl::Vector3d far(50, 60, 70);
     mesh.update(some.data(), &far, 1);
   }));
   EXPECT_EQ(1, this->failEach("own", again, [&](Mesh& mesh) {
@@ -141,9 +136,8 @@ TYPED_TEST(FailedMeshCall, AnUpdateOfSomeVertices) {
   }));
 }
 
-TYPED_TEST(FailedMeshCall, ABuildOrALoad) {
-  using S = TypeParam;
-  using Mesh = DeformableMesh<S>;
+TEST_F(FailedMeshCall, ABuildOrALoad) {
+  using Mesh = DeformableMesh;
   const auto none = [] { return std::unique_ptr<Mesh>(); };
   const auto stateOf = [&](const std::unique_ptr<Mesh>& mesh) {
     return mesh ? this->stateOf(*mesh) : std::string("none");
@@ -178,17 +172,16 @@ TYPED_TEST(FailedMeshCall, ABuildOrALoad) {
 }
 
 /// To larger and smaller meshes, from any state into any.
-TYPED_TEST(FailedMeshCall, AnAssignment) {
-  using S = TypeParam;
-  using Mesh = DeformableMesh<S>;
+TEST_F(FailedMeshCall, AnAssignment) {
+  using Mesh = DeformableMesh;
   std::vector<Mesh> meshes;
-  meshes.emplace_back(plate<S>(1, 1));
+  meshes.emplace_back(plate(1, 1));
   meshes.push_back(this->make());
   meshes.push_back(this->make());
   meshes.back().updateTwoFrames(this->moved(4));
   meshes.push_back(this->make());
   meshes.back().update(std::vector<int>{7}, {this->moved(5)[7]});
-  meshes.emplace_back(tube<S>(9, 9));
+  meshes.emplace_back(tube(9, 9));
   for (const Mesh& from : meshes)
     for (const Mesh& to : meshes) {
       const bool is_roomy = to.vertices().size() >= from.vertices().size() &&
@@ -203,14 +196,13 @@ TYPED_TEST(FailedMeshCall, AnAssignment) {
 }
 
 /// With more triangles than it takes to use threads.
-TYPED_TEST(FailedMeshCall, AnUpdateOnTwoThreads) {
-  using S = TypeParam;
-  using Mesh = DeformableMesh<S>;
-  const Mesh large(plate<S>(180, 140));
+TEST_F(FailedMeshCall, AnUpdateOnTwoThreads) {
+  using Mesh = DeformableMesh;
+  const Mesh large(plate(180, 140));
   const auto to = this->moved(large.vertices(), 2);
   const auto make = [&] {
     Mesh mesh = large;
-    mesh.setUpdateThreads(2);
+    mesh.setThreads(2);
     return mesh;
   };
   EXPECT_GE(this->failEach("all", make, [&](Mesh& mesh) { mesh.update(to); }), 2);

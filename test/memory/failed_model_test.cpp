@@ -15,23 +15,22 @@ using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::Propagation;
 using adaptive_bvh::RefitPolicy;
 
-template <typename S>
 class FailedModelCall : public testing::Test {
  protected:
-  using Model = adaptive_bvh::AdaptiveBVHModel<TestVolume<S>>;
-  using Plain = fcl::BVHModel<TestVolume<S>>;
-  using Point = Vector3<S>;
+  using Model = adaptive_bvh::AdaptiveBVHModel<TestVolume<double>>;
+  using Plain = fcl::BVHModel<TestVolume<double>>;
+  using Point = fcl::Vector3d;
   using Points = std::vector<Point>;
 
-  FailedModelCall() : sheet_(plate<S>(4, 4)) {
-    for (Point& p : sheet_.vertices) p[2] = S(0.1) * std::sin(5 * p[0]);
-    TriangleMesh<S> tool = tube<S>(4, 4);
-    for (Point& p : tool.vertices) p[2] += S(0.7);
+  FailedModelCall() : sheet_(plate(4, 4)) {
+    for (Point& p : sheet_.vertices) p[2] = 0.1 * std::sin(5 * p[0]);
+    TriangleMesh tool = tube(4, 4);
+    for (Point& p : tool.vertices) p[2] += 0.7;
     fillModel(tool, tool_);
   }
 
   static Points moved(Points points, int number) {
-    for (Point& p : points) p[2] += S(0.05) * std::sin(S(number) + 7 * p[1]);
+    for (Point& p : points) p[2] += 0.05 * std::sin(double(number) + 7 * p[1]);
     return points;
   }
   Points moved(int number) const { return moved(sheet_.vertices, number); }
@@ -77,11 +76,11 @@ class FailedModelCall : public testing::Test {
     // Not the radius: volumes that are computed anew may have a smaller one.
     text << model.aabb_local.min_.transpose() << model.aabb_local.max_.transpose();
     if (model.hasMesh()) text << model.mesh().vertices() << model.mesh().previousVertices();
-    fcl::DistanceResult<S> result;
-    const auto identity = fcl::Transform3<S>::Identity();
+    fcl::DistanceResultd result;
+    const auto identity = fcl::Transform3d::Identity();
     // Not the triangles: others may be as near, and volumes that are computed anew meet them first.
-    text << adaptive_bvh::distance<S>(&model, identity, &tool_, identity, fcl::DistanceRequest<S>(),
-                                      result);
+    text << adaptive_bvh::distance(&model, identity, &tool_, identity, fcl::DistanceRequestd(),
+                                   result);
   }
 
   template <typename Make, typename Call>
@@ -107,16 +106,15 @@ class FailedModelCall : public testing::Test {
         [](int code) { return code == fcl::BVH_ERR_MODEL_OUT_OF_MEMORY; });
   }
 
-  TriangleMesh<S> sheet_;
+  TriangleMesh sheet_;
   Model tool_;
 };
-TYPED_TEST_SUITE(FailedModelCall, TestScalars);
 
-TYPED_TEST(FailedModelCall, AnUpdate) {
-  using Model = typename TestFixture::Model;
+TEST_F(FailedModelCall, AnUpdate) {
+  using Model = Model;
   const auto to = this->moved(2);
   const std::vector<unsigned> some = {3, 5, 3, 11};
-  const typename TestFixture::Points few = {to[0], to[5], to[3], to[11]};
+  const Points few = {to[0], to[5], to[3], to[11]};
   const auto all = [&](Model& model) { model.update(to); };
   const auto ofSome = [&](Model& model) { model.update(some.data(), few.data(), 4); };
   const auto withMesh = [&] { return this->makeWithMesh(); };
@@ -138,9 +136,9 @@ TYPED_TEST(FailedModelCall, AnUpdate) {
 }
 
 /// After FCL has changed the tree, or too far to be followed.
-TYPED_TEST(FailedModelCall, AnUpdateThatBeginsAnew) {
-  using Model = typename TestFixture::Model;
-  using Plain = typename TestFixture::Plain;
+TEST_F(FailedModelCall, AnUpdateThatBeginsAnew) {
+  using Model = Model;
+  using Plain = Plain;
   const auto changed = [&] {
     Model model = this->makeWithMesh();
     Plain& plain = model;
@@ -153,7 +151,7 @@ TYPED_TEST(FailedModelCall, AnUpdateThatBeginsAnew) {
   // (FCL's volumes are not sound, and the mesh is that of before, until the first call.)
   const auto stateOf = [&](const Model& model) {
     Text text;
-    text << typename TestFixture::Points(model.vertices, model.vertices + model.num_vertices);
+    text << Points(model.vertices, model.vertices + model.num_vertices);
     return text.text();
   };
   EXPECT_GT(failEachAllocation(
@@ -163,15 +161,15 @@ TYPED_TEST(FailedModelCall, AnUpdateThatBeginsAnew) {
                 "mesh", changed, [&](Model& model) { model.mesh(); }, stateOf),
             20);
   auto far = to;
-  for (auto& p : far) p *= std::is_same<TypeParam, float>::value ? 1e7f : TypeParam(1e20);
+  for (auto& p : far) p *= 1e20;
   this->failEach("far", [&](Model& model) { model.update(far); });
   RefitPolicy other;
   other.propagation = Propagation::Displacements;
   EXPECT_GT(this->failEach("policy", [&](Model& model) { model.setRefitPolicy(other); }), 3);
 }
 
-TYPED_TEST(FailedModelCall, AStepOfFclsCalls) {
-  using Model = typename TestFixture::Model;
+TEST_F(FailedModelCall, AStepOfFclsCalls) {
+  using Model = Model;
   const auto to = this->moved(2);
   const auto make = [&] { return this->makeWithMesh(); };
   const auto begunReplace = [&] {
@@ -199,11 +197,10 @@ TYPED_TEST(FailedModelCall, AStepOfFclsCalls) {
   }
 }
 
-TYPED_TEST(FailedModelCall, ABuild) {
-  using S = TypeParam;
-  using Model = typename TestFixture::Model;
+TEST_F(FailedModelCall, ABuild) {
+  using Model = Model;
   const auto& sheet = this->sheet_;
-  const TriangleMesh<S> more = plate<S>(9, 9);
+  const TriangleMesh more = plate(9, 9);
   const auto empty = [] { return Model(); };
   const auto begun = [&] {
     Model model;
@@ -231,7 +228,7 @@ TYPED_TEST(FailedModelCall, ABuild) {
   EXPECT_GT(failEachAllocation(
                 "copy", none, [&](auto& copy) { copy = std::make_unique<Model>(built); }, stateOf),
             8);
-  typename TestFixture::Plain plain;
+  Plain plain;
   fillModel(sheet, plain);
   EXPECT_GT(failEachAllocation(
                 "of a plain model", none,
@@ -249,14 +246,13 @@ TYPED_TEST(FailedModelCall, ABuild) {
   EXPECT_TRUE(from.validate());
 }
 
-TYPED_TEST(FailedModelCall, AnUpdateOnTwoThreads) {
-  if (std::is_same<TypeParam, float>::value) GTEST_SKIP() << "one number is enough";
-  using Model = typename TestFixture::Model;
+TEST_F(FailedModelCall, AnUpdateOnTwoThreads) {
+  using Model = Model;
   Model large;
-  fillModel(plate<TypeParam>(180, 140), large);
-  large.setUpdateThreads(2);
+  fillModel(plate(180, 140), large);
+  large.setThreads(2);
   const auto to = this->moved(
-      std::vector<Vector3<TypeParam>>(large.vertices, large.vertices + large.num_vertices), 2);
+      std::vector<fcl::Vector3d>(large.vertices, large.vertices + large.num_vertices), 2);
   const auto make = [&] { return Model(large); };
   EXPECT_GE(this->failEach("all", make, [&](Model& model) { model.update(to); }), 2);
 }

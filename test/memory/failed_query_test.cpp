@@ -24,17 +24,17 @@
 namespace adaptive_bvh_test {
 namespace failed_query_test {
 
-using adaptive_bvh::DeformableMeshd;
+using adaptive_bvh::DeformableMesh;
 using fcl::Transform3d;
 
 class FailedQuery : public testing::Test {
  protected:
-  FailedQuery() : ball_(gridBall<double>(12, 10)), other_(ball_) {
+  FailedQuery() : ball_(gridBall(12, 10)), other_(ball_) {
     other_.update(moved(other_.vertices(), {0.3, 0.2, 1.5}));
   }
-  static std::vector<Vector3<double>> moved(std::vector<Vector3<double>> points,
-                                            const Vector3<double>& by) {
-    for (auto& p : points) p += by + Vector3<double>(0.01 * std::sin(9 * p[1]), 0, 0);
+  static std::vector<fcl::Vector3d> moved(std::vector<fcl::Vector3d> points,
+                                          const fcl::Vector3d& by) {
+    for (auto& p : points) p += by + fcl::Vector3d(0.01 * std::sin(9 * p[1]), 0, 0);
     return points;
   }
 
@@ -67,67 +67,67 @@ class FailedQuery : public testing::Test {
   }
 
   const Transform3d identity_ = Transform3d::Identity();
-  DeformableMeshd ball_, other_;
+  DeformableMesh ball_, other_;
 };
 
 TEST_F(FailedQuery, LeavesResultsThatCanBeUsedAgain) {
-  adaptive_bvh::TrianglePairs<double> pairs;
-  adaptive_bvh::ProximityRequest<double> request;
+  adaptive_bvh::TrianglePairs pairs;
+  adaptive_bvh::ProximityRequest request;
   request.distance = 0.2;
   request.enable_distances = request.enable_nearest_points = true;
   for (const int threads : {1, 2}) {
-    ball_.setQueryThreads(threads);
+    ball_.setThreads(threads);
     failEach("pairs", [&](Numbers& answer) {
       answer << pairsWithin(ball_, identity_, other_, identity_, request, pairs)
              << pairs.distances.back();
     });
     failEach("collide", [&](Numbers& answer) {
       fcl::CollisionResultd result;
-      answer << adaptive_bvh::collide<double>(&ball_, identity_, &other_, identity_,
-                                              fcl::CollisionRequestd(10000, true), result);
+      answer << adaptive_bvh::collide(&ball_, identity_, &other_, identity_,
+                                      fcl::CollisionRequestd(10000, true), result);
     });
     failEach("distance", [&](Numbers& answer) {
       fcl::DistanceResultd result;
-      answer << adaptive_bvh::distance<double>(&ball_, identity_, &other_, identity_,
-                                               fcl::DistanceRequestd(true), result);
+      answer << adaptive_bvh::distance(&ball_, identity_, &other_, identity_,
+                                       fcl::DistanceRequestd(true), result);
     });
     adaptive_bvh::FeaturePairs features;
     failEach("features", [&](Numbers& answer) {
       answer << featurePairsWithin(ball_, identity_, other_, identity_, 0.2, features)
              << features.edge_edge.size();
     });
-    adaptive_bvh::FeaturePairDetails<double> details;
+    adaptive_bvh::FeaturePairDetails details;
     featurePairDetails(ball_, identity_, other_, identity_, features, details);
-    adaptive_bvh::FeaturePairDerivatives<double> derivatives;
+    adaptive_bvh::FeaturePairDerivatives derivatives;
     failEach("derivatives", [&](Numbers& answer) {
       distanceDerivatives(ball_, identity_, other_, identity_, features, details, derivatives);
       answer << derivatives.edge_edge.second.gradients.back()[2];
     });
     std::vector<double> numbers;
     failEach("clearance", [&](Numbers& answer) {
-      clearance(ball_, identity_, other_, identity_, 0.5, numbers);
+      vertexDistances(ball_, identity_, other_, identity_, 0.5, numbers);
       answer << numbers.size() << numbers[3];
     });
-    std::vector<adaptive_bvh::ClosestPoint<double>> closest;
+    std::vector<adaptive_bvh::ClosestPoint> closest;
     failEach("closest", [&](Numbers& answer) {
       closestPoints(ball_, other_.vertices(), closest);
       answer << closest.size() << closest[5].distance;
     });
-    adaptive_bvh::VertexContacts<double> first, second;
+    adaptive_bvh::VertexContacts first, second;
     failEach("vertices", [&](Numbers& answer) {
       answer << vertexContacts(ball_, identity_, other_, identity_, 0.1, first, second);
     });
     failEach("depth", [&](Numbers& answer) {
       answer << signedDistance(ball_, identity_, other_, identity_, 0.01).lower;
     });
-    adaptive_bvh::ContactRegions<double> regions;
+    adaptive_bvh::ContactRegions regions;
     failEach("regions", [&](Numbers& answer) {
       answer << contactRegions(ball_, identity_, other_, identity_, regions);
     });
     adaptive_bvh::FeaturePairs candidates_found;
     const auto moved_on = moved(ball_.vertices(), {0, 0, 0.4});
-    const adaptive_bvh::Motion<double> motion(ball_, ball_.vertices(), moved_on);
-    const adaptive_bvh::Motion<double> still(other_, other_.vertices(), other_.vertices());
+    const adaptive_bvh::Motion motion(ball_, ball_.vertices(), moved_on);
+    const adaptive_bvh::Motion still(other_, other_.vertices(), other_.vertices());
     failEach("candidates", [&](Numbers& answer) {
       candidates(motion, still, 0.1, candidates_found);
       answer << candidates_found.edge_edge.size();
@@ -145,32 +145,34 @@ TEST_F(FailedQuery, LeavesResultsThatCanBeUsedAgain) {
 /// Of bodies that move: each query with its own memory.
 TEST_F(FailedQuery, RepeatsQueriesOverAMotion) {
   const auto moved_on = moved(ball_.vertices(), {0, 0, 0.4});
-  const adaptive_bvh::Motion<double> motion(ball_, ball_.vertices(), moved_on);
-  const adaptive_bvh::Motion<double> still(other_, other_.vertices(), other_.vertices());
+  const adaptive_bvh::Motion motion(ball_, ball_.vertices(), moved_on);
+  const adaptive_bvh::Motion still(other_, other_.vertices(), other_.vertices());
   const auto sphere = std::make_shared<fcl::Sphered>(0.5);
   Transform3d from = identity_, to = identity_;
-  from.translation() = Vector3<double>(4, 0, 0);
-  to.translation() = Vector3<double>(1.6, 1, 0);
-  const adaptive_bvh::BodyMotion<double> shape(*sphere, from, to);
+  from.translation() = fcl::Vector3d(4, 0, 0);
+  to.translation() = fcl::Vector3d(1.6, 1, 0);
+  const adaptive_bvh::BodyMotion shape(*sphere, from, to);
   failEach("least distance", [&](Numbers& answer) {
     answer << leastDistance(motion, still, 1e-3).upper
-           << leastDistance(adaptive_bvh::BodyMotion<double>(motion), shape, 1e-3).upper;
+           << leastDistance(adaptive_bvh::BodyMotion(motion), shape, 1e-3).upper;
   });
   std::vector<adaptive_bvh::MotionInterval> intervals;
   failEach("intervals", [&](Numbers& answer) {
-    adaptive_bvh::intervalsBelow<double>(motion, still, 0.2, 1e-2, intervals);
+    adaptive_bvh::intervalsBelow(motion, still, 0.2, 1e-2, intervals);
     answer << intervals.size() << intervals[0].begin;
   });
   const auto neighbours = adaptive_bvh::SurfaceNeighbourhood::byRings(ball_, 3);
+  adaptive_bvh::Ignored ignored;
+  ignored.surface = &neighbours;
   failEach("self", [&](Numbers& answer) {
-    answer << adaptive_bvh::leastSelfDistance<double>(motion, neighbours, 1e-2).upper;
+    answer << adaptive_bvh::selfLeastDistance(motion, ignored, 1e-2).upper;
   });
   failEach("times", [&](Numbers& answer) {
     adaptive_bvh::FeaturePairs pairs;
     adaptive_bvh::ImpactTimes times;
     answer << earliestImpact(motion, still, 0.01, pairs).time;
     timesOfImpact(motion, still, pairs, 0.01, times);
-    answer << times.edge_edge.size() << earliestImpact(motion, 0.01).time;
+    answer << times.edge_edge.size() << selfEarliestImpact(motion, 0.01).time;
   });
   failEach("safe", [&](Numbers& answer) {
     std::vector<double> of_first, of_second;
@@ -180,9 +182,9 @@ TEST_F(FailedQuery, RepeatsQueriesOverAMotion) {
 }
 
 TEST_F(FailedQuery, RepeatsQueriesOfAMovingScene) {
-  adaptive_bvh::Scened scene;
+  adaptive_bvh::Scene scene;
   const auto sphere = std::make_shared<fcl::Sphered>(0.5);
-  const auto plane = std::make_shared<fcl::Halfspaced>(Vector3<double>(0, 0, 1), -1.5);
+  const auto plane = std::make_shared<fcl::Halfspaced>(fcl::Vector3d(0, 0, 1), -1.5);
   const auto to = moved(ball_.vertices(), {0, 0, 0.4});
   ball_.updateTwoFrames(to);
   scene.add(ball_);
@@ -228,14 +230,14 @@ TEST_F(FailedQuery, LeavesWhatIsKeptBetweenSteps) {
     return text;
   };
   const auto stateOf = [&](auto& pair) { return textOf(describe(pair)); };
-  using Pair = std::pair<adaptive_bvh::CoherentDistanced, adaptive_bvh::CoherentProximityd>;
-  const DeformableMeshd start = ball_;
+  using Pair = std::pair<adaptive_bvh::CoherentDistance, adaptive_bvh::CoherentProximity>;
+  const DeformableMesh start = ball_;
   const auto make = [&] {
     ball_ = start;
-    auto pair = std::make_unique<Pair>(adaptive_bvh::CoherentDistanced(ball_, other_),
-                                       adaptive_bvh::CoherentProximityd(ball_, other_));
+    auto pair = std::make_unique<Pair>(adaptive_bvh::CoherentDistance(ball_, other_),
+                                       adaptive_bvh::CoherentProximity(ball_, other_));
     describe(pair);
-    ball_ = DeformableMeshd(gridBall<double>(14, 9));  // also another topology
+    ball_ = DeformableMesh(gridBall(14, 9));  // also another topology
     return pair;
   };
   failEachAllocation("step", make, describe, stateOf, [](const Numbers&) { return false; });
@@ -245,9 +247,9 @@ TEST_F(FailedQuery, LeavesWhatIsKeptBetweenSteps) {
 TEST_F(FailedQuery, LeavesATrustRegion) {
   const auto start = ball_.vertices(), wanted = moved(start, {0, 0, 0.2});
   const auto make = [&] {
-    adaptive_bvh::TrustRegionRequest<double> request;
+    adaptive_bvh::TrustRegionRequest request;
     request.radius = 0.05;
-    auto region = std::make_unique<adaptive_bvh::TrustRegiond>(ball_, request);
+    auto region = std::make_unique<adaptive_bvh::TrustRegion>(ball_, request);
     region->addObstacle(other_);
     region->begin(start);
     auto accepted = start;
@@ -261,7 +263,7 @@ TEST_F(FailedQuery, LeavesATrustRegion) {
     return text.text();
   };
   const auto iterate = [&](auto& region) {
-    std::vector<Vector3<double>> accepted;
+    std::vector<fcl::Vector3d> accepted;
     region->truncate(wanted, accepted);
   };
   EXPECT_GE(failEachAllocation("iterate", make, iterate, stateOf), 1);
@@ -271,7 +273,7 @@ TEST_F(FailedQuery, LeavesATrustRegion) {
 }
 
 TEST_F(FailedQuery, LeavesATracker) {
-  adaptive_bvh::ContactRegions<double> before, after;
+  adaptive_bvh::ContactRegions before, after;
   contactRegions(ball_, identity_, other_, identity_, before);
   other_.update(moved(other_.vertices(), {0.1, 0, 0}));
   contactRegions(ball_, identity_, other_, identity_, after);
@@ -297,7 +299,7 @@ TEST_F(FailedQuery, LeavesATracker) {
 }
 
 TEST_F(FailedQuery, LeavesAScene) {
-  using Scene = adaptive_bvh::Scened;
+  using Scene = adaptive_bvh::Scene;
   const auto sphere = std::make_shared<fcl::Sphered>(0.5);
   const auto make = [&] {
     Scene scene;
@@ -317,9 +319,8 @@ TEST_F(FailedQuery, LeavesAScene) {
     Text text;
     text << scene.size() << scene.contains(2);
     scene.update();
-    adaptive_bvh::SceneCollisions<double> collisions;
-    text << scene.collisions({}, collisions) << scene.distance().distance
-         << scene.nearest(0).distance;
+    adaptive_bvh::SceneCollisions collisions;
+    text << scene.collide({}, collisions) << scene.distance().distance << scene.nearest(0).distance;
     for (const auto& pair : collisions.pairs) text << pair.first << pair.second;
     return text.text();
   };
@@ -330,7 +331,7 @@ TEST_F(FailedQuery, LeavesAScene) {
   failEach("remove", [&](Scene& scene) { scene.remove(2); });
   EXPECT_GE(failEach("ignore", [&](Scene& scene) { scene.ignore(0, 1); }), 1);
   EXPECT_GE(failEach("chain", [&](Scene& scene) { scene.ignoreNeighbours({0, 1, 2, 4, 5}); }), 1);
-  const adaptive_bvh::Scened::Filter filter = [k = std::array<std::size_t, 9>()](auto a, auto b) {
+  const adaptive_bvh::Scene::Filter filter = [k = std::array<std::size_t, 9>()](auto a, auto b) {
     return a + b + k[0] != 3;
   };
   EXPECT_GE(failEach("filter", [&](Scene& scene) { scene.setFilter(filter); }), 1);
@@ -349,7 +350,7 @@ TEST_F(FailedQuery, LeavesAScene) {
 
 /// A scene whose update failed does not answer.
 TEST_F(FailedQuery, LeavesASceneThatAsksForAnUpdate) {
-  adaptive_bvh::Scened scene;
+  adaptive_bvh::Scene scene;
   scene.add(ball_);
   scene.add(other_);
   {

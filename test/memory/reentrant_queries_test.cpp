@@ -27,8 +27,7 @@ using namespace adaptive_bvh;
 /// Numbers that differ if answers differ.
 using Answer = std::vector<double>;
 
-template <typename S>
-void add(const Vector3<S>& x, Answer& to) {
+void add(const fcl::Vector3d& x, Answer& to) {
   for (int k = 0; k < 3; ++k) to.push_back(double(x[k]));
 }
 void add(const std::vector<FeaturePair>& pairs, Answer& to) {
@@ -45,26 +44,23 @@ void add(const std::vector<BodyPair>& pairs, Answer& to) {
   for (const BodyPair& p : pairs) to.insert(to.end(), {double(p.first), double(p.second)});
 }
 void add(const Impact& impact, Answer& to) {
-  to.insert(to.end(), {impact.happens() ? impact.time : 2, double(impact.pair.first),
+  to.insert(to.end(), {impact.exists() ? impact.time : 2, double(impact.pair.first),
                        double(impact.pair.second)});
 }
-template <typename S>
-void add(const fcl::CollisionResult<S>& result, Answer& to) {
+void add(const fcl::CollisionResultd& result, Answer& to) {
   to.push_back(double(result.numContacts()));
   for (std::size_t i = 0; i < result.numContacts(); ++i) {
-    const fcl::Contact<S>& c = result.getContact(i);
+    const fcl::Contactd& c = result.getContact(i);
     to.insert(to.end(), {double(c.b1), double(c.b2), double(c.penetration_depth)});
   }
 }
-template <typename S>
-void add(const SceneDistance<S>& nearest, Answer& to) {
+void add(const SceneDistance& nearest, Answer& to) {
   to.insert(to.end(), {double(nearest.bodies.first), double(nearest.bodies.second),
                        double(nearest.distance)});
 }
 
 /// Bodies of different sizes that touch each other, and questions about them. Those with a callback
 /// call `interrupt`.
-template <typename S>
 class Questions {
  public:
   struct Question {
@@ -74,10 +70,10 @@ class Questions {
   };
 
   explicit Questions(int threads) : threads_(threads) {
-    addMesh(gridBall<S>(9, 8), Vector3<S>::Zero());
-    addMesh(gridBall<S>(24, 17), Vector3<S>(S(1.6), S(0.1), S(0.2)));
-    addMesh(latticeBox<S>(6), Vector3<S>(S(-1.1), 0, S(0.3)), S(0.2));
-    shape_ = std::make_shared<fcl::Sphere<S>>(S(0.7));
+    addMesh(gridBall(9, 8), fcl::Vector3d::Zero());
+    addMesh(gridBall(24, 17), fcl::Vector3d(1.6, 0.1, 0.2));
+    addMesh(latticeBox(6), fcl::Vector3d(-1.1, 0, 0.3), 0.2);
+    shape_ = std::make_shared<fcl::Sphered>(0.7);
     fillScenes();
     fillPairs();
     fillSingles();
@@ -88,24 +84,25 @@ class Questions {
   const std::vector<Question>& all() const { return questions_; }
 
  private:
-  using Transform = fcl::Transform3<S>;
+  using Transform = fcl::Transform3d;
 
-  void addMesh(TriangleMesh<S> mesh, const Vector3<S>& at, S scale = 1) {
-    for (Vector3<S>& p : mesh.vertices) p *= scale;
-    meshes_.push_back(std::make_shared<DeformableMesh<S>>(mesh));
-    meshes_.back()->setQueryThreads(threads_);
-    std::vector<Vector3<S>> moved = mesh.vertices;
-    for (Vector3<S>& p : moved) p *= S(1.05);
+  void addMesh(TriangleMesh mesh, const fcl::Vector3d& at, double scale = 1) {
+    for (fcl::Vector3d& p : mesh.vertices) p *= scale;
+    meshes_.push_back(std::make_shared<DeformableMesh>(mesh));
+    meshes_.back()->setThreads(threads_);
+    std::vector<fcl::Vector3d> moved = mesh.vertices;
+    for (fcl::Vector3d& p : moved) p *= 1.05;
     meshes_.back()->updateTwoFrames(moved);
     Transform tf = Transform::Identity();
     tf.translation() = at;
-    tf.rotate(Eigen::AngleAxis<S>(S(0.3) * S(meshes_.size()), Vector3<S>(1, 2, 3).normalized()));
+    tf.rotate(Eigen::AngleAxis<double>(0.3 * double(meshes_.size()),
+                                       fcl::Vector3d(1, 2, 3).normalized()));
     tfs_.push_back(tf);
   }
   /// A question about a scene of its own, whose filter interrupts.
   template <typename Ask>
   void addScene(const std::string& name, bool is_const, const Ask& ask) {
-    auto scene = std::make_shared<Scene<S>>();
+    auto scene = std::make_shared<Scene>();
     BodyOptions options;
     options.self_collision = true;
     for (std::size_t i = 0; i < meshes_.size(); ++i) scene->add(meshes_[i], tfs_[i], options);
@@ -133,86 +130,85 @@ class Questions {
   }
 
   void fillScenes() {
-    addScene("scene: collisions", true, [](Scene<S>& scene, Answer& to) {
-      SceneCollisions<S> found;
-      scene.collisions({}, found);
+    addScene("scene: collisions", true, [](Scene& scene, Answer& to) {
+      SceneCollisions found;
+      scene.collide({}, found);
       reentrant_queries_test::add(found.pairs, to);
       to.push_back(double(found.contacts.size()));
     });
-    addScene("scene: pairs within", true, [](Scene<S>& scene, Answer& to) {
-      SceneTrianglePairs<S> found;
-      scene.pairsWithin({S(0.05)}, found);
+    addScene("scene: pairs within", true, [](Scene& scene, Answer& to) {
+      SceneTrianglePairs found;
+      scene.pairsWithin({0.05}, found);
       reentrant_queries_test::add(found.found.triangles, to);
     });
-    addScene("scene: feature pairs within", true, [](Scene<S>& scene, Answer& to) {
+    addScene("scene: feature pairs within", true, [](Scene& scene, Answer& to) {
       SceneFeaturePairs found;
-      scene.featurePairsWithin(S(0.02), found);
+      scene.featurePairsWithin(0.02, found);
       reentrant_queries_test::add(found.found, to);
     });
-    addScene("scene: vertex contacts", true, [](Scene<S>& scene, Answer& to) {
-      SceneVertexContacts<S> found;
-      scene.vertexContacts(S(0.02), found);
+    addScene("scene: vertex contacts", true, [](Scene& scene, Answer& to) {
+      SceneVertexContacts found;
+      scene.vertexContacts(0.02, found);
       to.assign(found.found.vertices.begin(), found.found.vertices.end());
     });
     addScene("scene: nearer", true,
-             [](Scene<S>& scene, Answer& to) { to.push_back(scene.isNearer(S(0.01))); });
-    addScene("scene: distance", false, [](Scene<S>& scene, Answer& to) {
-      reentrant_queries_test::add(scene.distance(), to);
-    });
-    addScene("scene: nearest", false, [](Scene<S>& scene, Answer& to) {
+             [](Scene& scene, Answer& to) { to.push_back(scene.isNearer(0.01)); });
+    addScene("scene: distance", false,
+             [](Scene& scene, Answer& to) { reentrant_queries_test::add(scene.distance(), to); });
+    addScene("scene: nearest", false, [](Scene& scene, Answer& to) {
       reentrant_queries_test::add(scene.nearest(scene.bodies()[1]), to);
     });
-    addScene("scene: three nearest", true, [](Scene<S>& scene, Answer& to) {
-      std::vector<SceneDistance<S>> found;
+    addScene("scene: three nearest", true, [](Scene& scene, Answer& to) {
+      std::vector<SceneDistance> found;
       scene.nearest(scene.bodies()[0], 3, found);
       for (const auto& one : found) reentrant_queries_test::add(one, to);
     });
-    addScene("scene: earliest impact", true, [](Scene<S>& scene, Answer& to) {
+    addScene("scene: earliest impact", true, [](Scene& scene, Answer& to) {
       reentrant_queries_test::add(scene.earliestImpact().impact, to);
     });
   }
 
-  IgnoredPairs ignored() {
-    IgnoredPairs pairs;
-    pairs.test = [this](unsigned first, unsigned second) {
+  Ignored ignored() {
+    Ignored pairs = {NeighbourFilter::None};
+    pairs.triangles.test = [this](unsigned first, unsigned second) {
       interrupt();
       return (first + second) % 7 == 0;
     };
+    pairs.vertex_face = pairs.face_vertex = pairs.edge_edge = pairs.triangles;
     return pairs;
   }
   void fillPairs() {
     add("pairs within", true, [this](Answer& to) {
-      TrianglePairs<S> found;
-      ProximityRequest<S> request{S(0.1)};
+      TrianglePairs found;
+      ProximityRequest request{0.1};
       request.ignored = ignored();
       adaptive_bvh::pairsWithin(*meshes_[0], tfs_[0], *meshes_[1], tfs_[1], request, found);
       reentrant_queries_test::add(found.triangles, to);
     });
     add("pairs within one", true, [this](Answer& to) {
-      TrianglePairs<S> found;
-      ProximityRequest<S> request{S(0.02)};
+      TrianglePairs found;
+      ProximityRequest request{0.02};
       request.ignored = ignored();
-      adaptive_bvh::pairsWithin(*meshes_[2], request, found);
+      adaptive_bvh::selfPairsWithin(*meshes_[2], request, found);
       reentrant_queries_test::add(found.triangles, to);
     });
     add("self-collision", true, [this](Answer& to) {
-      fcl::CollisionResult<S> result;
-      adaptive_bvh::selfCollide(*meshes_[0], fcl::CollisionRequest<S>(1000, true), result,
-                                NeighbourFilter::None, ignored());
+      fcl::CollisionResultd result;
+      adaptive_bvh::selfCollide(*meshes_[0], ignored(), fcl::CollisionRequestd(1000, true), result);
       reentrant_queries_test::add(result, to);
     });
     add("feature pairs within", true, [this](Answer& to) {
       FeaturePairs found;
-      FeatureProximityRequest<S> request{S(0.05)};
-      request.vertex_face = request.face_vertex = request.edge_edge = ignored();
+      FeatureProximityRequest request{0.05};
+      request.ignored = ignored();
       adaptive_bvh::featurePairsWithin(*meshes_[1], tfs_[1], *meshes_[0], tfs_[0], request, found);
       reentrant_queries_test::add(found, to);
     });
     add("feature pairs within one", true, [this](Answer& to) {
       FeaturePairs found;
-      FeatureProximityRequest<S> request{S(0.15)};
-      request.vertex_face = request.edge_edge = ignored();
-      adaptive_bvh::featurePairsWithin(*meshes_[2], request, found);
+      FeatureProximityRequest request{0.15};
+      request.ignored = ignored();
+      adaptive_bvh::selfFeaturePairsWithin(*meshes_[2], request, found);
       reentrant_queries_test::add(found, to);
     });
   }
@@ -220,35 +216,35 @@ class Questions {
   /// Without a callback: they only interrupt others.
   void fillSingles() {
     add("distance", false, [this](Answer& to) {
-      fcl::DistanceResult<S> result;
+      fcl::DistanceResultd result;
       to.push_back(double(adaptive_bvh::distance(meshes_[2].get(), tfs_[2], meshes_[1].get(),
-                                                 tfs_[1], fcl::DistanceRequest<S>(), result)));
+                                                 tfs_[1], fcl::DistanceRequestd(), result)));
     });
     add("collide", false, [this](Answer& to) {
-      fcl::CollisionResult<S> result;
+      fcl::CollisionResultd result;
       adaptive_bvh::collide(meshes_[0].get(), tfs_[0], meshes_[1].get(), tfs_[1],
-                            fcl::CollisionRequest<S>(1000, true), result);
+                            fcl::CollisionRequestd(1000, true), result);
       reentrant_queries_test::add(result, to);
     });
     add("nearer", false, [this](Answer& to) {
-      to.push_back(adaptive_bvh::isNearer(*meshes_[2], tfs_[2], *meshes_[1], tfs_[1], S(0.2)));
+      to.push_back(adaptive_bvh::isNearer(*meshes_[2], tfs_[2], *meshes_[1], tfs_[1], 0.2));
     });
     add("signed distance", false, [this](Answer& to) {
-      const SignedDistance<S> found =
-          adaptive_bvh::signedDistance(*meshes_[0], tfs_[0], *meshes_[1], tfs_[1], S(0.05));
+      const SignedDistance found =
+          adaptive_bvh::signedDistance(*meshes_[0], tfs_[0], *meshes_[1], tfs_[1], 0.05);
       to = {double(found.lower), double(found.upper)};
     });
     add("contact regions", false, [this](Answer& to) {
-      ContactRegions<S> found;
+      ContactRegions found;
       to.push_back(
           double(adaptive_bvh::contactRegions(*meshes_[0], tfs_[0], *meshes_[1], tfs_[1], found)));
       for (const auto volume : found.volumes) to.push_back(double(volume));
     });
     add("vertex contacts", false, [this](Answer& to) {
-      VertexContacts<S> found;
-      adaptive_bvh::vertexContacts(*meshes_[1], tfs_[1], *meshes_[0], tfs_[0], S(0.05), found);
+      VertexContacts found;
+      adaptive_bvh::vertexContacts(*meshes_[1], tfs_[1], *meshes_[0], tfs_[0], 0.05, found);
       to.assign(found.vertices.begin(), found.vertices.end());
-      DistanceDerivatives<S> derivatives;
+      DistanceDerivatives derivatives;
       adaptive_bvh::distanceDerivatives(*meshes_[1], tfs_[1], *meshes_[0], tfs_[0], found,
                                         derivatives);
       for (const auto& x : derivatives.second.gradients) reentrant_queries_test::add(x, to);
@@ -266,37 +262,36 @@ class Questions {
       adaptive_bvh::truncateMotion(motion(2), motion(1), 0, to, of_second);
     });
     add("trust region", false, [this](Answer& to) {
-      adaptive_bvh::TrustRegionRequest<S> request;
-      request.radius = S(0.2);
-      adaptive_bvh::TrustRegion<S> region(*meshes_[2], request);
+      adaptive_bvh::TrustRegionRequest request;
+      request.radius = 0.2;
+      adaptive_bvh::TrustRegion region(*meshes_[2], request);
       region.addObstacle(*meshes_[1], tfs_[1]);
       auto accepted = meshes_[2]->vertices();
       region.begin(accepted);
-      for (auto& x : accepted) x *= S(0.9);
+      for (auto& x : accepted) x *= 0.9;
       to.push_back(double(region.truncate(accepted, accepted).held_back));
       for (const auto& x : accepted) to.push_back(double(x[0]));
     });
     add("winding numbers", false, [this](Answer& to) {
-      std::vector<S> found;
-      const std::vector<Vector3<S>> points(64, Vector3<S>(S(0.2), S(0.1), S(0.3)));
+      std::vector<double> found;
+      const std::vector<fcl::Vector3d> points(64, fcl::Vector3d(0.2, 0.1, 0.3));
       adaptive_bvh::windingNumbers(*meshes_[1], points.data(), points.size(), found);
       to.assign(found.begin(), found.end());
     });
     add("build", false, [](Answer& to) {
-      const DeformableMesh<S> mesh(gridBall<S>(7, 5));
+      const DeformableMesh mesh(gridBall(7, 5));
       to.push_back(mesh.validate());
     });
   }
-  Motion<S> motion(std::size_t i) const { return Motion<S>(*meshes_[i], tfs_[i], tfs_[i]); }
+  Motion motion(std::size_t i) const { return Motion(*meshes_[i], tfs_[i], tfs_[i]); }
 
   const int threads_;
-  std::vector<std::shared_ptr<DeformableMesh<S>>> meshes_;
+  std::vector<std::shared_ptr<DeformableMesh>> meshes_;
   std::vector<Transform> tfs_;
-  std::shared_ptr<fcl::Sphere<S>> shape_;
+  std::shared_ptr<fcl::Sphered> shape_;
   std::vector<Question> questions_;
 };
 
-template <typename S>
 class ReentrantQueries : public testing::Test {
  protected:
   static constexpr int kDepth = 3;
@@ -305,7 +300,7 @@ class ReentrantQueries : public testing::Test {
 
   /// Asks each question with a callback, which asks `nested` others in all, to a depth of three.
   void judge(int threads, long nested) {
-    Questions<S> questions(threads);
+    Questions questions(threads);
     questions.interrupt = ignoreCallback;
     std::vector<Answer> expected;
     for (const auto& question : questions.all()) expected.push_back(question.ask());
@@ -338,15 +333,13 @@ class ReentrantQueries : public testing::Test {
   }
   static unsigned firstQuestion() { return std::mt19937(testSeed(5201))() % 1000; }
 };
-using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(ReentrantQueries, Scalars);
 
-TYPED_TEST(ReentrantQueries, AnswerAsFromOutside) { this->judge(1, manySteps(2500)); }
-TYPED_TEST(ReentrantQueries, AnswerAsFromOutsideOnTwoThreads) { this->judge(2, manySteps(2500)); }
+TEST_F(ReentrantQueries, AnswerAsFromOutside) { this->judge(1, manySteps(2500)); }
+TEST_F(ReentrantQueries, AnswerAsFromOutsideOnTwoThreads) { this->judge(2, manySteps(2500)); }
 
-TYPED_TEST(ReentrantQueries, MayBeEndedByAnException) {
+TEST_F(ReentrantQueries, MayBeEndedByAnException) {
   for (const int threads : {1, 2}) {
-    Questions<TypeParam> questions(threads);
+    Questions questions(threads);
     questions.interrupt = this->ignoreCallback;
     for (const auto& question : questions.all()) {
       const Answer expected = question.ask();
@@ -371,10 +364,10 @@ TYPED_TEST(ReentrantQueries, MayBeEndedByAnException) {
 
 /// The example of a scene: three tetrahedra that touch each other.
 TEST(ReentrantScene, FindsAllPairsWhenAFilterAsksAnotherScene) {
-  const TriangleMesh<double> shape{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
-                                   {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
-  const DeformableMesh<double> mesh(shape);
-  Scene<double> scene, other;
+  const TriangleMesh shape{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                           {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
+  const DeformableMesh mesh(shape);
+  Scene scene, other;
   other.update();
   fcl::Transform3d tf = fcl::Transform3d::Identity();
   for (int i = 0; i < 3; ++i) {
@@ -382,13 +375,13 @@ TEST(ReentrantScene, FindsAllPairsWhenAFilterAsksAnotherScene) {
     scene.add(mesh, tf);
   }
   scene.setFilter([&](BodyId, BodyId) {
-    SceneCollisions<double> none;
-    other.collisions({}, none);
+    SceneCollisions none;
+    other.collide({}, none);
     return true;
   });
   scene.update();
-  SceneCollisions<double> found;
-  EXPECT_EQ(3u, scene.collisions({}, found));
+  SceneCollisions found;
+  EXPECT_EQ(3u, scene.collide({}, found));
 }
 
 }  // namespace reentrant_queries_test

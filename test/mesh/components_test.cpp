@@ -18,7 +18,7 @@ namespace components_test {
 using adaptive_bvh::BoundaryEdge;
 using adaptive_bvh::BoundaryLoops;
 using adaptive_bvh::MeshView;
-using Mesh = TriangleMesh<double>;
+using Mesh = TriangleMesh;
 
 /// Triangles between random vertices, repeated ones included: few, so that components form.
 Mesh randomMesh(std::mt19937& random, std::size_t vertices, std::size_t triangles) {

@@ -14,34 +14,29 @@
 namespace adaptive_bvh_test {
 namespace feature_owners_test {
 
-using adaptive_bvh::DeformableMeshd;
+using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::FeatureOwner;
 using adaptive_bvh::FeatureOwners;
 using adaptive_bvh::detail::MeshAccess;
 using Edge = std::pair<unsigned, unsigned>;
 
-std::vector<TriangleMesh<double>> meshesWithSharedEdges() {
+std::vector<TriangleMesh> meshesWithSharedEdges() {
   std::mt19937 random(testSeed(5));
-  TriangleMesh<double> repeated = plate<double>(5, 5);
+  TriangleMesh repeated = plate(5, 5);
   for (std::size_t i = 0; i < repeated.triangles.size(); i += 3) {
     fcl::Triangle& t = repeated.triangles[i];
     t.set(t[0], t[1], i % 2 == 0 ? t[1] : t[0]);
   }
-  TriangleMesh<double> fan = plate<double>(1, 30);  // one edge of many triangles
+  TriangleMesh fan = plate(1, 30);  // one edge of many triangles
   for (std::size_t i = 0; i < fan.triangles.size(); ++i) fan.triangles[i].set(0, 1, 2 + i % 60);
-  return {plate<double>(1, 1),
-          plate<double>(9, 7),
-          tube<double>(6, 20),
-          soup<double>(40, random),
-          repeated,
-          fan};
+  return {plate(1, 1), plate(9, 7), tube(6, 20), soup(40, random), repeated, fan};
 }
 
-const adaptive_bvh::MeshTopology& topologyOf(const DeformableMeshd& body) {
-  return *MeshAccess<double>::state(body).topology;
+const adaptive_bvh::MeshTopology& topologyOf(const DeformableMesh& body) {
+  return *MeshAccess::state(body).topology;
 }
 
-Edge edgeOf(const TriangleMesh<double>& mesh, unsigned number) {
+Edge edgeOf(const TriangleMesh& mesh, unsigned number) {
   const auto ends = adaptive_bvh::edgeVertices(mesh.triangles.data(), number);
   return {std::min(ends[0], ends[1]), std::max(ends[0], ends[1])};
 }
@@ -49,7 +44,7 @@ Edge edgeOf(const TriangleMesh<double>& mesh, unsigned number) {
 /// Each vertex of a triangle, and each edge, has one owner: that with the smallest number.
 TEST(FeatureOwners, EachFeatureHasTheSmallestTriangle) {
   for (const auto& mesh : meshesWithSharedEdges()) {
-    const DeformableMeshd body(mesh);
+    const DeformableMesh body(mesh);
     const FeatureOwners& owners = topologyOf(body).owners;
     std::map<unsigned, unsigned> vertices;
     std::map<Edge, unsigned> edges;
@@ -81,18 +76,17 @@ TEST(FeatureOwners, EachFeatureHasTheSmallestTriangle) {
 
 /// Places are those of the tree's leaves.
 TEST(FeatureOwners, AreInTheOrderOfLeaves) {
-  const DeformableMeshd body(tube<double>(6, 20));
+  const DeformableMesh body(tube(6, 20));
   const FeatureOwners& owners = topologyOf(body).owners;
   for (unsigned place = 0; place < owners.size(); ++place)
-    EXPECT_EQ(unsigned(MeshAccess<double>::state(body).tree.triangle(place)),
-              owners[place].triangle);
+    EXPECT_EQ(unsigned(MeshAccess::state(body).tree.triangle(place)), owners[place].triangle);
 }
 
 /// Leaves of a four-wide tree have what their triangles own: every vertex and edge once, in groups
 /// that are filled up.
 TEST(FeatureLeaves, HaveAllFeaturesOnce) {
   for (const auto& mesh : meshesWithSharedEdges()) {
-    const DeformableMeshd body(mesh);
+    const DeformableMesh body(mesh);
     const FeatureOwners& owners = topologyOf(body).owners;
     const adaptive_bvh::VertexSlots& slots = topologyOf(body).leaves.slots;
     const adaptive_bvh::FeatureLeaves& features = topologyOf(body).features;

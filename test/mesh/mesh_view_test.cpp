@@ -65,7 +65,7 @@ TEST_F(View, OfTwoFrames) {
 /// triangles; and the step before once there is one.
 TEST_F(View, OfAModel) {
   fcl::BVHModel<fcl::RSSd> mesh, cloud;
-  const auto sheet = plate<double>(40, 40);
+  const auto sheet = plate(40, 40);
   ASSERT_EQ(fcl::BVH_OK, fillModel(sheet, mesh));
   const MeshView<double> view = viewOf(mesh);
   EXPECT_EQ(mesh.vertices, view.vertices);

@@ -17,9 +17,9 @@ namespace rounding = adaptive_bvh::rounding;
 template <typename S>
 class Summary : public testing::Test {
  protected:
-  using P = Vector3<S>;
+  using P = fcl::Vector3<S>;
   static constexpr S kInfinity = std::numeric_limits<S>::infinity();
-  RandomGeometry<S> random_{23};
+  RandomGeometryOf<S> random_{23};
 };
 
 using Scalars = testing::Types<float, double>;
@@ -35,8 +35,9 @@ TYPED_TEST(Summary, IsThatOfAllPositions) {
     exact::Point low = exact::Point::Constant(std::numeric_limits<S>::max()), high = -low;
     Real largest = 0;
     for (int v = 0; v < 12; ++v) {
-      const Vector3<S> p = this->random_.point();
-      const Vector3<S> d = round % 7 ? this->random_.vectorOfSize(size) : Vector3<S>(0, 0, 0);
+      const fcl::Vector3<S> p = this->random_.point();
+      const fcl::Vector3<S> d =
+          round % 7 ? this->random_.vectorOfSize(size) : fcl::Vector3<S>(0, 0, 0);
       whole.add(p, d);
       parts[v % 3].add(p, d);
       low = low.cwiseMin(exact::of(p));
@@ -61,13 +62,13 @@ TYPED_TEST(Summary, IsThatOfAllPositions) {
 TYPED_TEST(Summary, OfPositionsThatLieTogether) {
   using S = TypeParam;
   for (std::size_t count = 0; count < 20; ++count) {
-    std::vector<Vector3<S>> before, now;
+    std::vector<fcl::Vector3<S>> before, now;
     VertexSummary<S> one, together, still;
     for (std::size_t v = 0; v < count; ++v) {
       before.push_back(this->random_.point());
       now.push_back(this->random_.oneIn(3)
                         ? before[v]
-                        : Vector3<S>(before[v] + this->random_.vectorOfSize(S(0.1))));
+                        : fcl::Vector3<S>(before[v] + this->random_.vectorOfSize(S(0.1))));
       one.add(now[v], now[v] - before[v]);
     }
     together.add(now.data(), before.data(), count);
@@ -79,7 +80,7 @@ TYPED_TEST(Summary, OfPositionsThatLieTogether) {
     EXPECT_FALSE(still.moved());
     for (std::size_t i = 0; i < 3 * count; ++i) {
       const auto with = [&](S number) -> VertexSummary<S> {
-        std::vector<Vector3<S>> other = before;
+        std::vector<fcl::Vector3<S>> other = before;
         other[i / 3][Eigen::Index(i % 3)] = number;
         VertexSummary<S> summary;
         summary.add(other.data(), before.data(), count);
@@ -96,8 +97,8 @@ TYPED_TEST(Summary, OfPositionsThatLieTogether) {
 TYPED_TEST(Summary, CopiesPoints) {
   using S = TypeParam;
   for (std::size_t count = 1; count < 20; ++count) {
-    std::vector<Vector3<S>> from, to(count + 1, Vector3<S>(7, 8, 9));
-    const Vector3<S> middle = this->random_.point();
+    std::vector<fcl::Vector3<S>> from, to(count + 1, fcl::Vector3<S>(7, 8, 9));
+    const fcl::Vector3<S> middle = this->random_.point();
     Real most = 0;
     for (std::size_t v = 0; v < count; ++v) {
       from.push_back(this->random_.point());
@@ -105,7 +106,7 @@ TYPED_TEST(Summary, CopiesPoints) {
     }
     const S found = adaptive_bvh::copyPoints(from.data(), count, middle, to.data());
     EXPECT_NEAR(double(found), double(most), 8 * double(rounding::epsilon<S>()) * double(most));
-    EXPECT_EQ(to.back(), Vector3<S>(7, 8, 9));
+    EXPECT_EQ(to.back(), fcl::Vector3<S>(7, 8, 9));
     to.pop_back();
     EXPECT_EQ(from, to);
   }
@@ -115,13 +116,13 @@ TYPED_TEST(Summary, CopiesPoints) {
 TYPED_TEST(Summary, TheLeastMotionCounts) {
   using S = TypeParam;
   VertexSummary<S> summary;
-  summary.add(Vector3<S>(1, 2, 3), Vector3<S>::Zero());
+  summary.add(fcl::Vector3<S>(1, 2, 3), fcl::Vector3<S>::Zero());
   EXPECT_FALSE(summary.moved());
   EXPECT_EQ(0, summary.largestDisplacement());
   const S least = std::numeric_limits<S>::denorm_min();
   for (int k = 0; k < 3; ++k) {
     VertexSummary<S> one = summary;
-    one.add(Vector3<S>(1, 2, 3), Vector3<S>::Unit(k) * -least);
+    one.add(fcl::Vector3<S>(1, 2, 3), fcl::Vector3<S>::Unit(k) * -least);
     EXPECT_TRUE(one.moved());
     EXPECT_GE(one.largestDisplacement(), least);
   }
@@ -133,7 +134,7 @@ TYPED_TEST(Summary, FindsPositionsThatAreNotUsable) {
   using S = TypeParam;
   const S limit = rounding::largestCoordinate<S>();
   const S beyond = std::nextafter(limit, this->kInfinity);
-  std::vector<Vector3<S>> positions(1000, Vector3<S>(limit, -limit, 0));
+  std::vector<fcl::Vector3<S>> positions(1000, fcl::Vector3<S>(limit, -limit, 0));
   EXPECT_TRUE(usablePositions<S>(positions.data(), positions.size()));
   EXPECT_TRUE(usablePositions<S>(nullptr, 0));
   for (const S wrong : {beyond, -beyond, this->kInfinity, -this->kInfinity, S(std::nan(""))})
@@ -143,7 +144,7 @@ TYPED_TEST(Summary, FindsPositionsThatAreNotUsable) {
         positions[v][k] = wrong;
         EXPECT_FALSE(usablePositions<S>(positions.data(), positions.size())) << v << ' ' << wrong;
         VertexSummary<S> summary;
-        for (const auto& p : positions) summary.add(p, p - Vector3<S>(0, 0, 0));
+        for (const auto& p : positions) summary.add(p, p - fcl::Vector3<S>(0, 0, 0));
         EXPECT_FALSE(summary.isSurelyUsable()) << v << ' ' << wrong;
         positions[v][k] = was;
       }
@@ -154,8 +155,8 @@ TYPED_TEST(Summary, KnowsADisplacementThatIsNoNumber) {
   using S = TypeParam;
   for (const S was : {this->kInfinity, S(std::nan(""))}) {
     VertexSummary<S> first, second;
-    first.add(Vector3<S>(1, 2, 3), Vector3<S>(1 - was, 0, 0));
-    second.add(Vector3<S>(1, 2, 3), Vector3<S>(1, 0, 0));
+    first.add(fcl::Vector3<S>(1, 2, 3), fcl::Vector3<S>(1 - was, 0, 0));
+    second.add(fcl::Vector3<S>(1, 2, 3), fcl::Vector3<S>(1, 0, 0));
     second.add(first);
     EXPECT_FALSE(std::isfinite(second.largestDisplacement()));
     EXPECT_FALSE(second.isSurelyUsable());

@@ -10,15 +10,10 @@
 namespace adaptive_bvh_test {
 namespace weld_vertices_test {
 
-template <typename S>
 class MeshTest : public testing::Test {};
-using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(MeshTest, Scalars);
-
 /// Every triangle with corners of its own.
-template <typename S>
-TriangleMesh<S> unwelded(const TriangleMesh<S>& mesh) {
-  TriangleMesh<S> soup;
+TriangleMesh unwelded(const TriangleMesh& mesh) {
+  TriangleMesh soup;
   for (const fcl::Triangle& t : mesh.triangles) {
     const std::size_t first = soup.vertices.size();
     for (int k = 0; k < 3; ++k) soup.vertices.push_back(mesh.vertices[t[k]]);
@@ -28,8 +23,8 @@ TriangleMesh<S> unwelded(const TriangleMesh<S>& mesh) {
 }
 
 // Welding finds the mesh again that the triangles were taken from.
-TYPED_TEST(MeshTest, WeldingRestoresConnectivity) {
-  const auto mesh = plate<TypeParam>(4, 3);
+TEST_F(MeshTest, WeldingRestoresConnectivity) {
+  const auto mesh = plate(4, 3);
   auto welded = unwelded(mesh);
   ASSERT_EQ(3 * mesh.triangles.size(), welded.vertices.size());
   weldVertices(welded);
@@ -41,9 +36,9 @@ TYPED_TEST(MeshTest, WeldingRestoresConnectivity) {
 }
 
 // Only exactly equal positions are one; the first stays, signed zeros are equal.
-TYPED_TEST(MeshTest, WeldingKeepsTheFirstOfEqualPositions) {
-  const TypeParam next = std::nextafter(TypeParam(1), TypeParam(2));
-  TriangleMesh<TypeParam> mesh;
+TEST_F(MeshTest, WeldingKeepsTheFirstOfEqualPositions) {
+  const double next = std::nextafter(1., 2.);
+  TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {-0., 0, 0}, {0, 1, 0}, {next, 0, 0}};
   mesh.triangles = {{0, 1, 3}, {2, 4, 3}};
   weldVertices(mesh);
@@ -56,24 +51,24 @@ TYPED_TEST(MeshTest, WeldingKeepsTheFirstOfEqualPositions) {
 }
 
 // What welding is for: a surface does not meet itself where its triangles are neighbours.
-TYPED_TEST(MeshTest, NeighboursAreKnownOnlyInAWeldedMesh) {
-  const auto pairs = [](const TriangleMesh<TypeParam>& mesh) {
-    const adaptive_bvh::DeformableMesh<TypeParam> body(mesh);
+TEST_F(MeshTest, NeighboursAreKnownOnlyInAWeldedMesh) {
+  const auto pairs = [](const TriangleMesh& mesh) {
+    const adaptive_bvh::DeformableMesh body(mesh);
     EXPECT_TRUE(body.validate());
-    fcl::CollisionResult<TypeParam> result;
-    return selfCollide(body, fcl::CollisionRequest<TypeParam>(1000), result);
+    fcl::CollisionResultd result;
+    return selfCollide(body, fcl::CollisionRequestd(1000), result);
   };
-  auto mesh = unwelded(plate<TypeParam>(3, 3));
+  auto mesh = unwelded(plate(3, 3));
   EXPECT_GT(pairs(mesh), 0u);
   weldVertices(mesh);
   EXPECT_EQ(0u, pairs(mesh));
 }
 
 // Vertex i of the mesh is vertex i of the model, new or used, adaptive or FCL's.
-TYPED_TEST(MeshTest, FillsNewAndUsedModels) {
-  const auto small = plate<TypeParam>(1, 2), large = plate<TypeParam>(5, 4);
-  adaptive_bvh::AdaptiveBVHModel<fcl::RSS<TypeParam>> adaptive;
-  fcl::BVHModel<fcl::OBBRSS<TypeParam>> plain;
+TEST_F(MeshTest, FillsNewAndUsedModels) {
+  const auto small = plate(1, 2), large = plate(5, 4);
+  adaptive_bvh::AdaptiveBVHModel<fcl::RSSd> adaptive;
+  fcl::BVHModel<fcl::OBBRSSd> plain;
   testing::internal::CaptureStderr();  // FCL remarks on a model that is built twice
   for (const auto* mesh : {&small, &large, &small}) {
     EXPECT_EQ(fcl::BVH_OK, fillModel(*mesh, adaptive));
@@ -90,10 +85,10 @@ TYPED_TEST(MeshTest, FillsNewAndUsedModels) {
 }
 
 // Without triangles there is nothing to build: FCL's code says so.
-TYPED_TEST(MeshTest, AnEmptyMeshFillsNothing) {
-  adaptive_bvh::AdaptiveBVHModel<fcl::RSS<TypeParam>> model;
+TEST_F(MeshTest, AnEmptyMeshFillsNothing) {
+  adaptive_bvh::AdaptiveBVHModel<fcl::RSSd> model;
   testing::internal::CaptureStderr();
-  EXPECT_NE(fcl::BVH_OK, fillModel(TriangleMesh<TypeParam>(), model));
+  EXPECT_NE(fcl::BVH_OK, fillModel(TriangleMesh(), model));
   testing::internal::GetCapturedStderr();
 }
 

@@ -49,7 +49,7 @@ class BufferFiles : public testing::Test {
     adaptive_bvh::MeshLoadOptions options;
     options.buffers_outside_folder = anywhere;
     try {
-      EXPECT_EQ(1u, adaptive_bvh::loadMesh<double>(path.string(), options).triangles.size());
+      EXPECT_EQ(1u, adaptive_bvh::loadMesh(path.string(), options).triangles.size());
       return "";
     } catch (const adaptive_bvh::MeshLoadError& error) {
       return error.what();

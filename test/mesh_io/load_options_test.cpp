@@ -18,7 +18,7 @@ namespace load_options_test {
 using adaptive_bvh::loadMesh;
 using adaptive_bvh::MeshLoadOptions;
 using adaptive_bvh::UpAxis;
-using Mesh = adaptive_bvh::TriangleMesh<double>;
+using Mesh = adaptive_bvh::TriangleMesh;
 using Point = fcl::Vector3d;
 
 /// The triangle (1,2,3), (4,5,7), (0,0,0) in millimetres; `up` is an element of its asset.
@@ -37,7 +37,7 @@ std::string collada(const std::string& up) {
 
 Point firstOf(const std::string& name, const std::string& text, const MeshLoadOptions& options) {
   const TemporaryFile file(name, text);
-  return loadMesh<double>(file.path(), options).vertices[0];
+  return loadMesh(file.path(), options).vertices[0];
 }
 
 TEST(MeshOptions, ColladaIsInMetresUnlessTheFilesUnitIsWanted) {
@@ -122,18 +122,18 @@ TEST(MeshOptions, OutOfRangeAreRefused) {
   for (const double number : bad) {
     MeshLoadOptions options;
     options.scale = number;
-    EXPECT_THROW(loadMesh<double>(file.path(), options), std::invalid_argument);
+    EXPECT_THROW(loadMesh(file.path(), options), std::invalid_argument);
     options.scale = 1;
     options.weld_tolerance = number;
-    EXPECT_THROW(loadMesh<double>(file.path(), options), std::invalid_argument);
+    EXPECT_THROW(loadMesh(file.path(), options), std::invalid_argument);
     Mesh mesh;
     EXPECT_THROW(weldVertices(mesh, number), std::invalid_argument);
   }
   MeshLoadOptions options;
   options.scale = 0;
-  EXPECT_THROW(loadMesh<double>(file.path(), options), std::invalid_argument);
+  EXPECT_THROW(loadMesh(file.path(), options), std::invalid_argument);
   options.scale = 1e308;
-  EXPECT_THROW(loadMesh<double>(file.path(), options), adaptive_bvh::MeshLoadError);
+  EXPECT_THROW(loadMesh(file.path(), options), adaptive_bvh::MeshLoadError);
 }
 
 // ---- welding ------------------------------------------------------------------------------------
@@ -167,25 +167,25 @@ std::string roughCube() {
 TEST(MeshOptions, ACubeOfRoughCornersIsClosedWithATolerance) {
   const TemporaryFile file("rough.stl", roughCube());
   const fcl::Vector3d centre(1.5, 1.5, 1.5);
-  const auto clearance = [&](const Mesh& mesh) {
-    const adaptive_bvh::DeformableMeshd cube(mesh);
-    const adaptive_bvh::DeformableMeshd point(std::vector<Point>{centre, centre, centre},
-                                              {fcl::Triangle(0, 1, 2)});
+  const auto distanceTo = [&](const Mesh& mesh) {
+    const adaptive_bvh::DeformableMesh cube(mesh);
+    const adaptive_bvh::DeformableMesh point(std::vector<Point>{centre, centre, centre},
+                                             {fcl::Triangle(0, 1, 2)});
     const fcl::Transform3d identity = fcl::Transform3d::Identity();
     std::vector<double> result;
-    signedClearance(point, identity, cube, identity, 10., result);
+    signedVertexDistances(point, identity, cube, identity, 10., result);
     return result;
   };
-  const Mesh rough = loadMesh<double>(file.path());
+  const Mesh rough = loadMesh(file.path());
   EXPECT_GT(rough.vertices.size(), 8u);
-  EXPECT_THROW(clearance(rough), std::invalid_argument);
+  EXPECT_THROW(distanceTo(rough), std::invalid_argument);
 
   MeshLoadOptions options;
   options.weld_tolerance = 1e-12;
-  const Mesh mesh = loadMesh<double>(file.path(), options);
+  const Mesh mesh = loadMesh(file.path(), options);
   EXPECT_EQ(8u, mesh.vertices.size());
   EXPECT_EQ(12u, mesh.triangles.size());
-  for (const double distance : clearance(mesh)) EXPECT_NEAR(-0.8, distance, 1e-12);
+  for (const double distance : distanceTo(mesh)) EXPECT_NEAR(-0.8, distance, 1e-12);
 }
 
 /// By the definition: the first kept vertex that is not farther away.

@@ -20,13 +20,13 @@ namespace mesh_contents_test {
 using adaptive_bvh::loadMesh;
 using adaptive_bvh::MeshLoadError;
 using adaptive_bvh::MeshLoadOptions;
-using Mesh = adaptive_bvh::TriangleMesh<double>;
+using Mesh = adaptive_bvh::TriangleMesh;
 using Point = fcl::Vector3d;
 
 Mesh load(const std::string& name, const std::string& bytes, MeshLoadOptions options = {}) {
   options.weld = false;
   const TemporaryFile file(name, bytes);
-  return loadMesh<double>(file.path(), options);
+  return loadMesh(file.path(), options);
 }
 
 std::string refusal(const std::string& name, const std::string& bytes) {
@@ -358,7 +358,7 @@ bool isUtf8(const std::string& text) {
 
 std::string messageOf(const std::string& path) {
   try {
-    loadMesh<double>(path);
+    loadMesh(path);
   } catch (const MeshLoadError& error) {
     return error.what();
   }

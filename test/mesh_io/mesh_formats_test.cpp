@@ -15,14 +15,14 @@ namespace mesh_formats_test {
 
 using adaptive_bvh::loadMesh;
 using adaptive_bvh::MeshLoadOptions;
-using Mesh = adaptive_bvh::TriangleMesh<double>;
+using Mesh = adaptive_bvh::TriangleMesh;
 using Point = fcl::Vector3d;
 
 Mesh load(const std::string& name, const std::string& bytes) {
   MeshLoadOptions options;
   options.weld = false;
   const TemporaryFile file(name, bytes);
-  return loadMesh<double>(file.path(), options);
+  return loadMesh(file.path(), options);
 }
 
 /// The triangle (0,0,0), (1,0,0), (0,2,0).
@@ -415,7 +415,7 @@ TEST(GltfPrimitives, ShareTheVerticesOfAnAccessor) {
   adaptive_bvh::MeshLoadOptions options;
   options.weld = false;
   const TemporaryFile file("shared.glb", glbOf(json, gltf.buffer));
-  const Mesh mesh = adaptive_bvh::loadMesh<double>(file.path(), options);
+  const Mesh mesh = adaptive_bvh::loadMesh(file.path(), options);
   EXPECT_EQ(3u, mesh.vertices.size());
   EXPECT_EQ(2u, mesh.triangles.size());
 }

@@ -17,7 +17,7 @@ std::vector<IntegerTriangle> trianglesOf(const std::string& path) {
   try {
     adaptive_bvh::MeshLoadOptions options;
     options.weld = false;
-    const auto mesh = adaptive_bvh::loadMesh<double>(path, options);
+    const auto mesh = adaptive_bvh::loadMesh(path, options);
     for (const fcl::Triangle& t : mesh.triangles) {
       IntegerTriangle triangle;
       for (std::size_t c = 0; c < 3; ++c)

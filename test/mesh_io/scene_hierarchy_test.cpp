@@ -14,7 +14,7 @@ namespace adaptive_bvh_test {
 namespace scene_hierarchy_test {
 
 using adaptive_bvh::loadMesh;
-using Mesh = adaptive_bvh::TriangleMesh<double>;
+using Mesh = adaptive_bvh::TriangleMesh;
 using Point = fcl::Vector3d;
 
 testing::AssertionResult isRefused(const std::string& path, const std::string& why) {
@@ -80,7 +80,7 @@ Gltf nested(int levels, int times, const std::string& members = "") {
 
 TEST(GltfHierarchy, OfHundredLevelsIsReadWithItsTransforms) {
   const TemporaryFile file("deep.glb", nested(101, 1, "\"translation\":[1,0,-2],").glb());
-  const Mesh mesh = loadMesh<double>(file.path());
+  const Mesh mesh = loadMesh(file.path());
   ASSERT_EQ(3u, mesh.vertices.size());
   EXPECT_EQ(Point(100, 0, -200), mesh.vertices[0]);
   EXPECT_EQ(Point(101, 0, -200), mesh.vertices[1]);
@@ -89,7 +89,7 @@ TEST(GltfHierarchy, OfHundredLevelsIsReadWithItsTransforms) {
 
 TEST(GltfHierarchy, WithANodeNamedThousandTimesIsRead) {
   const TemporaryFile file("shared.glb", nested(11, 2).glb());
-  EXPECT_EQ(1024u, loadMesh<double>(file.path()).triangles.size());
+  EXPECT_EQ(1024u, loadMesh(file.path()).triangles.size());
 }
 
 TEST(GltfHierarchy, TooDeepIsRefused) { expectRefused(nested(50000, 1), "levels"); }
@@ -142,7 +142,7 @@ TEST(Gltf, MeshesThatReadTheSameDataTooOftenAreRefused) {
   const std::string primitive = gltf.primitives;
   gltf.primitives += repeated("," + primitive, 99);
   const TemporaryFile hundred("hundred.glb", gltf.glb());
-  EXPECT_EQ(100000u, loadMesh<double>(hundred.path()).triangles.size());
+  EXPECT_EQ(100000u, loadMesh(hundred.path()).triangles.size());
   gltf.primitives += repeated("," + primitive, 10000);
   const TemporaryFile many("many.glb", gltf.glb());
   EXPECT_TRUE(isRefused(many.path(), "the same data so often"));
@@ -222,7 +222,7 @@ testing::AssertionResult isRefusedCollada(const std::string& text, const std::st
 
 Mesh loadCollada(const std::string& text) {
   const TemporaryFile file("scene.dae", text);
-  return loadMesh<double>(file.path());
+  return loadMesh(file.path());
 }
 
 TEST(ColladaHierarchy, OfHundredLevelsIsReadWithItsTransforms) {
@@ -306,7 +306,7 @@ TEST(LoadMesh, FollowsLinks) {
   const TemporaryFile file("linked.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   const TemporaryFile link("link.obj");
   ASSERT_EQ(0, ::symlink(file.path().c_str(), link.path().c_str()));
-  EXPECT_EQ(1u, loadMesh<double>(link.path()).triangles.size());
+  EXPECT_EQ(1u, loadMesh(link.path()).triangles.size());
   const TemporaryFile dangling("dangling.obj");
   ASSERT_EQ(0, ::symlink((file.path() + ".missing").c_str(), dangling.path().c_str()));
   EXPECT_TRUE(isRefused(dangling.path(), "does not exist"));
@@ -319,7 +319,7 @@ TEST(LoadMesh, DoesNotWaitForAPipeThatAMeshNames) {
 
   const TemporaryFile material("material.obj",
                                "mtllib " + name + "\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-  EXPECT_EQ(1u, loadMesh<double>(material.path()).triangles.size());
+  EXPECT_EQ(1u, loadMesh(material.path()).triangles.size());
 
   Gltf gltf = nested(1, 1);
   gltf.uri = "\"uri\":\"" + name + "\",";

@@ -19,7 +19,7 @@ namespace triangulate_test {
 
 using adaptive_bvh::loadMesh;
 using adaptive_bvh::MeshLoadOptions;
-using Mesh = adaptive_bvh::TriangleMesh<double>;
+using Mesh = adaptive_bvh::TriangleMesh;
 using Int = long long;
 
 /// Lattice points of the plane and of space.
@@ -72,7 +72,7 @@ std::vector<fcl::Triangle> load(const Outline& outline, const Plane& plane, std:
   options.weld = false;
   const TemporaryFile file("polygon.off", off(outline, plane));
   try {
-    const Mesh mesh = loadMesh<double>(file.path(), options);
+    const Mesh mesh = loadMesh(file.path(), options);
     EXPECT_EQ(outline.size(), mesh.vertices.size());
     return mesh.triangles;
   } catch (const adaptive_bvh::MeshLoadError& error) {
@@ -377,7 +377,7 @@ TEST(Polygons, AnLHasItsAreaInEveryFormat) {
             dae("<polygons count='1'>" + input + "<p>" + indices + "</p></polygons>")},
        }) {
     const TemporaryFile file(name, text);
-    const Mesh mesh = loadMesh<double>(file.path());
+    const Mesh mesh = loadMesh(file.path());
     EXPECT_EQ(3, area(mesh)) << name;
     EXPECT_EQ(4u, mesh.triangles.size()) << name;
   }
@@ -418,7 +418,7 @@ TEST(Polygons, ThatCrossThemselvesAreRefusedByTheirNumber) {
 TEST(Polygons, OutOfAPlaneKeepTheirNormal) {
   const TemporaryFile file(
       "saddle.off", "OFF\n5 1 0\n0 0 0\n2 0 0.125\n2 2 0\n1 0.5 0.25\n0 2 0.125\n5 0 1 2 3 4\n");
-  const Mesh mesh = loadMesh<double>(file.path());
+  const Mesh mesh = loadMesh(file.path());
   ASSERT_EQ(3u, mesh.triangles.size());
   fcl::Vector3d sum = fcl::Vector3d::Zero();
   for (const fcl::Triangle& t : mesh.triangles) {
@@ -440,7 +440,7 @@ TEST(Polygons, AreDecidedWithoutRounding) {
     std::snprintf(text, sizeof(text),
                   "OFF\n5 1 0\n0 0 0\n4 0 0\n3 3 0\n1 %.17g 0\n%.17g 1 0\n5 0 1 2 3 4\n", y, y);
     const TemporaryFile file("fine.off", text);
-    const Mesh mesh = loadMesh<double>(file.path());
+    const Mesh mesh = loadMesh(file.path());
     EXPECT_EQ(3u, mesh.triangles.size());
   }
 }
@@ -456,7 +456,7 @@ TEST(Polygons, WithTooManyCornersAreRefused) {
     return text + std::to_string(corners) + face + "\n";
   };
   const TemporaryFile fine("disc.off", disc(2000));
-  EXPECT_EQ(1998u, loadMesh<double>(fine.path()).triangles.size());
+  EXPECT_EQ(1998u, loadMesh(fine.path()).triangles.size());
   const TemporaryFile large("large.off", disc(10001));
   EXPECT_NE(std::string::npos, reasonOf(large.path()).find("corners"));
 }

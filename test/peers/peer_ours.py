@@ -23,8 +23,7 @@ _threads = 1
 
 def _mesh(positions: np.ndarray, faces: np.ndarray) -> ab.DeformableMesh:
     mesh = ab.DeformableMesh(positions, faces)
-    mesh.set_update_threads(_threads)
-    mesh.set_query_threads(_threads)
+    mesh.set_threads(_threads)
     return mesh
 
 
@@ -82,9 +81,11 @@ def _first_hits(work: Work, mesh: ab.DeformableMesh) -> np.ndarray:
     return t
 
 
-def _intersects(mesh: ab.DeformableMesh, filter: str) -> bool:
+def _intersects(mesh: ab.DeformableMesh, neighbours: str) -> bool:
     """ "beyond shared" also tests neighbours, as ipc-toolkit does."""
-    found = ab.self_collide(mesh, max_contacts=1, enable_contact=False, filter=filter)
+    found = ab.self_collide(
+        mesh, max_contacts=1, enable_contact=False, ignored=ab.Ignored(neighbours=neighbours)
+    )
     return len(found) > 0
 
 
@@ -125,7 +126,7 @@ def _scene_distance(work: Work):
 
 
 def _scene_contacts(work: Work):
-    step, number = _scene(work, lambda scene: scene.collisions().bodies)
+    step, number = _scene(work, lambda scene: scene.collide().bodies)
     return step, lambda bodies: [sorted((number[a], number[b])) for a, b in bodies]
 
 
@@ -146,7 +147,7 @@ answers = {
     },
     "contacts": lambda w: _two(w, lambda a, b: ab.collide(a, b, enable_contact=False).pairs),
     "self-intersection": {
-        name: (lambda w, filter=name: _one(w, lambda m: _intersects(m, filter)))
+        name: (lambda w, name=name: _one(w, lambda m: _intersects(m, name)))
         for name in ("beyond shared", "shared vertex")
     },
     "self-contacts": lambda w: (
@@ -154,11 +155,11 @@ answers = {
         lambda pairs: np.sort(np.reshape(pairs, (-1, 2)), axis=1),
     ),
     "pairs within d": lambda w: (
-        _one(w, lambda m: ab.feature_pairs_within(m, w.distance)),
+        _one(w, lambda m: ab.self_feature_pairs_within(m, w.distance)),
         _sizes,
     ),
-    "step candidates": lambda w: (_motion(w, ab.candidates), _sizes),
-    "collision-free step": lambda w: _motion(w, ab.largest_safe_step),
+    "step candidates": lambda w: (_motion(w, ab.self_candidates), _sizes),
+    "collision-free step": lambda w: _motion(w, ab.self_largest_safe_step),
     "scene distance": _scene_distance,
     "scene contacts": _scene_contacts,
     "signed distance": lambda w: _two(w, _signed),

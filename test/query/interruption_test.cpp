@@ -20,8 +20,8 @@ void check() {
 }
 
 /// A fan around one vertex, which all pairs of triangles share.
-adaptive_bvh::DeformableMeshd fan(unsigned triangles) {
-  std::vector<Vector3<double>> points = {{0, 0, 0}};
+adaptive_bvh::DeformableMesh fan(unsigned triangles) {
+  std::vector<fcl::Vector3d> points = {{0, 0, 0}};
   std::vector<fcl::Triangle> faces;
   for (unsigned i = 0; i < triangles; ++i) {
     const double angle = 2 * M_PI * i / triangles;
@@ -35,7 +35,7 @@ TEST(Interruption, EndsASelfCollisionWithinLeaves) {
   auto mesh = fan(6000);
   fcl::CollisionRequestd request(1, false);
   for (const int threads : {1, 2}) {
-    mesh.setQueryThreads(threads);
+    mesh.setThreads(threads);
     fcl::CollisionResultd result;
     adaptive_bvh::setInterruptionCheck(check);
     calls = 0, calls_until_stop = 3;

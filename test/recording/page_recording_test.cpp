@@ -39,7 +39,6 @@ namespace page_recording_test {
 using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::AdaptiveBVHModeld;
 using adaptive_bvh::DeformableMesh;
-using adaptive_bvh::DeformableMeshd;
 using adaptive_bvh::FrameResults;
 using adaptive_bvh::Recording;
 using adaptive_bvh::RecordingOptions;
@@ -50,9 +49,8 @@ using nlohmann::json;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kVolumeNumbers = 16;
 
-template <typename S>
 void expectPositions(const Page& page, std::size_t frame, std::size_t body,
-                     const std::vector<fcl::Vector3<S>>& positions) {
+                     const std::vector<fcl::Vector3d>& positions) {
   const json block = page.bodyIn(frame, body, "positions");
   const std::vector<fcl::Vector3d> points = page.points(block);
   ASSERT_EQ(points.size(), positions.size());
@@ -68,14 +66,12 @@ void expectPositions(const Page& page, std::size_t frame, std::size_t body,
 template <typename BV>
 void expectPositions(const Page& page, std::size_t frame, std::size_t body,
                      const AdaptiveBVHModel<BV>& model) {
-  using Positions = std::vector<fcl::Vector3<typename BV::S>>;
   expectPositions(page, frame, body,
-                  Positions(model.vertices, model.vertices + model.num_vertices));
+                  std::vector<fcl::Vector3d>(model.vertices, model.vertices + model.num_vertices));
 }
 
 /// A recorded volume against the node's, as far as single precision goes.
-template <typename S>
-void expectVolume(const float* volume, const fcl::Vector3d& low, const fcl::RSS<S>& rss) {
+void expectVolume(const float* volume, const fcl::Vector3d& low, const fcl::RSSd& rss) {
   for (int k = 0; k < 3; ++k) {
     EXPECT_NEAR(volume[k], double(rss.To[k]) - low[k], 1e-6);
     EXPECT_NEAR(volume[3 + k], rss.axis(k, 0), 1e-6);
@@ -85,10 +81,9 @@ void expectVolume(const float* volume, const fcl::Vector3d& low, const fcl::RSS<
   EXPECT_EQ(volume[10], float(rss.l[1]));
   EXPECT_EQ(volume[11], float(rss.r));
 }
-template <typename S>
-void expectVolume(const float* volume, const fcl::Vector3d& low, const fcl::OBBRSS<S>& both) {
-  const fcl::OBB<S>& box = both.obb;
-  const double tolerance = sizeof(S) == 4 ? 1e-4 : 1e-6;  // 100 away from the origin
+void expectVolume(const float* volume, const fcl::Vector3d& low, const fcl::OBBRSSd& both) {
+  const fcl::OBBd& box = both.obb;
+  const double tolerance = 1e-6;  // 100 away from the origin
   for (int k = 0; k < 3; ++k) {
     const double corner = double(box.To[k]) - double(box.axis(k, 0)) * double(box.extent[0]) -
                           double(box.axis(k, 1)) * double(box.extent[1]);
@@ -147,25 +142,23 @@ std::string messageOf(Call&& call) {
 
 template <typename BV>
 class PageOf : public testing::Test {};
-using Volumes =
-    testing::Types<fcl::RSS<float>, fcl::RSS<double>, fcl::OBBRSS<float>, fcl::OBBRSS<double>>;
+using Volumes = testing::Types<fcl::RSSd, fcl::OBBRSSd>;
 TYPED_TEST_SUITE(PageOf, Volumes);
 
 /// Positions are those of the model within half a step, volumes those of its nodes.
 TYPED_TEST(PageOf, HoldsPositionsAndVolumes) {
-  using S = typename TypeParam::S;
   constexpr int kDepth = 4, kFrames = 6;
   AdaptiveBVHModel<TypeParam> model;
-  fillModel(wavingSheet<S>(17, 0), model);
+  fillModel(wavingSheet(17, 0), model);
   RecordingOptions options;
   options.volume_depth = kDepth;
   std::vector<AdaptiveBVHModel<TypeParam>> copies;
   copies.reserve(kFrames);
   Recording recording(options);
-  recording.add(model, fcl::Transform3<S>::Identity(), "sheet");
+  recording.add(model, fcl::Transform3d::Identity(), "sheet");
   std::size_t refits = 0;
   for (int frame = 0; frame < kFrames; ++frame) {
-    if (frame > 0) model.update(wavingSheet<S>(17, 0.3 * frame).vertices);
+    if (frame > 0) model.update(wavingSheet(17, 0.3 * frame).vertices);
     copies.push_back(model);
     refits += model.refittedNodes().size();
     recording.frame();
@@ -178,22 +171,17 @@ TYPED_TEST(PageOf, HoldsPositionsAndVolumes) {
   }
 }
 
-template <typename S>
 class PageOfMesh : public testing::Test {};
-using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(PageOfMesh, Scalars);
-
 /// Of a DeformableMesh: positions and triangles, how far it moved, and no volumes.
-TYPED_TEST(PageOfMesh, HoldsPositionsAndNoVolumes) {
-  using S = TypeParam;
+TEST_F(PageOfMesh, HoldsPositionsAndNoVolumes) {
   constexpr int kFrames = 4;
-  const TriangleMesh<S> rest = wavingSheet<S>(9, 0);
-  DeformableMesh<S> mesh(rest);
+  const TriangleMesh rest = wavingSheet(9, 0);
+  DeformableMesh mesh(rest);
   Recording recording;
-  recording.add(mesh, fcl::Transform3<S>(fcl::Transform3<S>::Identity()), "sheet");
+  recording.add(mesh, fcl::Transform3d(fcl::Transform3d::Identity()), "sheet");
   std::vector<double> displacements;
   for (int frame = 0; frame < kFrames; ++frame) {
-    if (frame > 0) mesh.update(wavingSheet<S>(9, 0.3 * frame).vertices);
+    if (frame > 0) mesh.update(wavingSheet(9, 0.3 * frame).vertices);
     displacements.push_back(mesh.lastUpdate().largest_displacement);
     recording.frame();
   }
@@ -207,7 +195,7 @@ TYPED_TEST(PageOfMesh, HoldsPositionsAndNoVolumes) {
     for (std::size_t k = 0; k < 3; ++k)
       ASSERT_EQ(corners[3 * t + k], rest.triangles[t][static_cast<int>(k)]);
   for (std::size_t frame = 0; frame < kFrames; ++frame) {
-    expectPositions(page, frame, 0, wavingSheet<S>(9, 0.3 * double(frame)).vertices);
+    expectPositions(page, frame, 0, wavingSheet(9, 0.3 * double(frame)).vertices);
     const json now = page.run["frames"][frame]["bodies"][0];
     EXPECT_EQ(now["volumes"][1], 0);
     ASSERT_EQ(now.contains("update"), frame > 0);
@@ -221,7 +209,7 @@ TYPED_TEST(PageOfMesh, HoldsPositionsAndNoVolumes) {
 
 TEST(PageRecording, TrianglesAreThoseOfTheModel) {
   for (const int n : {3, 260}) {  // indices of 16 and of 32 bits
-    const TriangleMesh<double> mesh = wavingSheet<double>(n, 0);
+    const TriangleMesh mesh = wavingSheet(n, 0);
     Recording recording;
     recording.add(mesh, fcl::Transform3d::Identity(), "mesh");
     recording.frame();
@@ -245,7 +233,7 @@ TEST(PageRecording, TrianglesAreThoseOfTheModel) {
 /// A body that does not change takes its positions and volumes once.
 TEST(PageRecording, ABodyAtRestIsStoredOnce) {
   AdaptiveBVHModeld model;
-  fillModel(wavingSheet<double>(20, 0), model);
+  fillModel(wavingSheet(20, 0), model);
   Recording recording;
   recording.add(model, fcl::Transform3d::Identity(), "sheet");
   recording.frame();
@@ -257,8 +245,8 @@ TEST(PageRecording, ABodyAtRestIsStoredOnce) {
 /// Numbers come back bit by bit; points within the precision of their own box.
 TEST(PageRecording, ResultsAreThoseGiven) {
   AdaptiveBVHModeld a, b;
-  fillModel(wavingSheet<double>(8, 0), a);
-  fillModel(wavingSheet<double>(8, 2), b);
+  fillModel(wavingSheet(8, 0), a);
+  fillModel(wavingSheet(8, 2), b);
   fcl::Transform3d below = fcl::Transform3d::Identity();
   below.translation().z() = -0.1;
   Recording recording;
@@ -274,19 +262,19 @@ TEST(PageRecording, ResultsAreThoseGiven) {
   adaptive_bvh::collide(&a, fcl::Transform3d::Identity(), &b, below,
                         fcl::CollisionRequestd(1000, true), contacts);
   ASSERT_GT(contacts.numContacts(), 3u);
-  std::vector<double> clearances(static_cast<std::size_t>(a.num_vertices), 0.25);
-  clearances[7] = -0.125;
+  std::vector<double> distances(static_cast<std::size_t>(a.num_vertices), 0.25);
+  distances[7] = -0.125;
   FrameResults results(nearest);
-  results.add(contacts).addClearance(of_a, clearances).addTimes(1. / 3, 2e-7);
+  results.add(contacts).addVertexDistances(of_a, distances).addTimes(1. / 3, 2e-7);
   results.note = "</script> \"quoted\" \\ \n";
   recording.frame(results);
   recording.place(of_a, far);
   recording.frame();
   const std::size_t bytes = recording.bytes();
-  recording.frame(FrameResults().addClearance(of_a, clearances));
-  EXPECT_LT(recording.bytes() - bytes, 2 * clearances.size()) << "equal clearances are kept once";
-  clearances[7] = 0;
-  recording.frame(FrameResults().addClearance(of_a, clearances));
+  recording.frame(FrameResults().addVertexDistances(of_a, distances));
+  EXPECT_LT(recording.bytes() - bytes, 2 * distances.size()) << "equal distances are kept once";
+  distances[7] = 0;
+  recording.frame(FrameResults().addVertexDistances(of_a, distances));
 
   const Page page(recording);
   const json frame = page.run["frames"][0];
@@ -301,13 +289,13 @@ TEST(PageRecording, ResultsAreThoseGiven) {
   ASSERT_EQ(points.size(), contacts.numContacts());
   for (std::size_t i = 0; i < points.size(); ++i)
     EXPECT_LT((points[i] - contacts.getContact(i).pos).norm(), 2e-5);
-  const json clearance = frame["bodies"][0]["clearance"];
-  EXPECT_EQ(clearance["low"], -0.125);
-  EXPECT_EQ(clearance["high"], 0.25);
-  const auto steps = page.numbers<std::uint16_t>(clearance["at"], clearances.size());
+  const json distances_of_a = frame["bodies"][0]["vertexDistances"];
+  EXPECT_EQ(distances_of_a["low"], -0.125);
+  EXPECT_EQ(distances_of_a["high"], 0.25);
+  const auto steps = page.numbers<std::uint16_t>(distances_of_a["at"], distances.size());
   for (std::size_t v = 0; v < steps.size(); ++v) EXPECT_EQ(steps[v], v == 7 ? 0 : 65535);
-  EXPECT_EQ(page.run["frames"][2]["bodies"][0]["clearance"], clearance);
-  EXPECT_EQ(page.run["frames"][3]["bodies"][0]["clearance"]["low"], 0);
+  EXPECT_EQ(page.run["frames"][2]["bodies"][0]["vertexDistances"], distances_of_a);
+  EXPECT_EQ(page.run["frames"][3]["bodies"][0]["vertexDistances"]["low"], 0);
   EXPECT_EQ(frame["bodies"][1]["pose"][11], -0.1);
   EXPECT_EQ(page.run["frames"][1]["bodies"][0]["pose"][11], -3);
   EXPECT_FALSE(page.run["frames"][1]["bodies"][1].contains("pose")) << "as before";
@@ -316,10 +304,10 @@ TEST(PageRecording, ResultsAreThoseGiven) {
 
 /// Numbers by label, the time of a frame, and the range of colours.
 TEST(PageRecording, SeriesAndTimesAreThoseGiven) {
-  const DeformableMeshd body(wavingSheet<double>(4, 0));
+  const DeformableMesh body(wavingSheet(4, 0));
   RecordingOptions options;
   options.time_unit = "ms";
-  options.clearance_range = std::array<double, 2>{-1, 0.5};
+  options.vertex_distance_range = std::array<double, 2>{-1, 0.5};
   Recording recording(options);
   recording.add(body, fcl::Transform3d(fcl::Transform3d::Identity()), "sheet");
   FrameResults results;
@@ -329,7 +317,7 @@ TEST(PageRecording, SeriesAndTimesAreThoseGiven) {
   recording.frame();
   const Page page(recording);
   EXPECT_EQ(page.run["timeUnit"], "ms");
-  EXPECT_EQ(page.run["clearanceRange"], json({-1, 0.5}));
+  EXPECT_EQ(page.run["vertexDistanceRange"], json({-1, 0.5}));
   EXPECT_EQ(page.run["frames"][0]["series"], json({{"energy, J", 1. / 3}, {"<pairs>", 8}}));
   EXPECT_EQ(page.run["frames"][0]["time"], 0.125);
   EXPECT_FALSE(page.run["frames"][1].contains("series"));
@@ -339,15 +327,15 @@ TEST(PageRecording, SeriesAndTimesAreThoseGiven) {
 /// Arrows and segments are those given, within the precision of the box around them; pairs that are
 /// not finite are left out.
 TEST(PageRecording, ArrowsAndSegmentsAreThoseGiven) {
-  const TriangleMesh<float> mesh = wavingSheet<float>(4, 0);
-  DeformableMesh<float> body(mesh);
+  const TriangleMesh mesh = wavingSheet(4, 0);
+  DeformableMesh body(mesh);
   Recording recording;
-  recording.add(body, fcl::Transform3f(fcl::Transform3f::Identity()), "sheet");
-  const std::vector<fcl::Vector3f> origins = {{1, 2, 3}, {4, 5, 6}, {7, 8, float(kNaN)}},
-                                   forces = {{0, 0, 1}, {0, -2, 0.5f}, {1, 1, 1}};
+  recording.add(body, fcl::Transform3d::Identity(), "sheet");
+  const std::vector<fcl::Vector3d> origins = {{1, 2, 3}, {4, 5, 6}, {7, 8, kNaN}},
+                                   forces = {{0, 0, 1}, {0, -2, 0.5}, {1, 1, 1}};
   FrameResults results;
   results.addArrows("force", origins, forces, 0.25).addArrows("normal", forces, origins);
-  results.addSegments<double>("pair", {{fcl::Vector3d(0, 1, 2), fcl::Vector3d(3, 4, 6)}});
+  results.addSegments("pair", {{fcl::Vector3d(0, 1, 2), fcl::Vector3d(3, 4, 6)}});
   recording.frame(results);
   recording.frame();
   const Page page(recording);
@@ -378,11 +366,11 @@ TEST(PageRecording, ArrowsAndSegmentsAreThoseGiven) {
 
 /// Contact regions colour the triangles that they have, by the identity of a tracker.
 TEST(PageRecording, PatchesAreThoseOfTheRegions) {
-  const TriangleMesh<double> box = adaptive_bvh::shapeMesh<double>(fcl::Boxd(1, 1, 1));
-  const DeformableMeshd first(box), second(box);
+  const TriangleMesh box = adaptive_bvh::shapeMesh(fcl::Boxd(1, 1, 1));
+  const DeformableMesh first(box), second(box);
   fcl::Transform3d aside = fcl::Transform3d::Identity();
   aside.translation() = fcl::Vector3d(0.7, 0.1, 0.2);
-  adaptive_bvh::ContactRegions<double> regions;
+  adaptive_bvh::ContactRegions regions;
   ASSERT_EQ(adaptive_bvh::contactRegions(first, fcl::Transform3d(fcl::Transform3d::Identity()),
                                          second, aside, regions),
             1u);
@@ -420,7 +408,7 @@ TEST(PageRecording, ShapesAreBodies) {
   const Page page(recording);
   EXPECT_EQ(page.run["bodies"][0]["unbounded"], false);
   EXPECT_EQ(page.run["bodies"][1]["unbounded"], true);
-  expectPositions(page, 1, 0, adaptive_bvh::shapeMesh<double>(fcl::Sphered(2)).vertices);
+  expectPositions(page, 1, 0, adaptive_bvh::shapeMesh(fcl::Sphered(2)).vertices);
   EXPECT_FALSE(page.run["frames"][1]["bodies"][0].contains("positions"));
   const fcl::BVHModel<fcl::RSSd> plain;
   EXPECT_THROW(recording.add(plain, origin, "plain"), std::invalid_argument);
@@ -429,7 +417,7 @@ TEST(PageRecording, ShapesAreBodies) {
 /// Bodies come and go between frames, and keep their numbers.
 TEST(PageRecording, BodiesAppearAndVanish) {
   const fcl::Transform3d origin = fcl::Transform3d::Identity();
-  DeformableMeshd late(wavingSheet<double>(3, 1));
+  DeformableMesh late(wavingSheet(3, 1));
   Recording recording;
   recording.add(fcl::Sphered(2), origin, "ball");
   recording.frame();
@@ -437,9 +425,9 @@ TEST(PageRecording, BodiesAppearAndVanish) {
   recording.frame();
   recording.remove(0);
   FrameResults results;
-  results.addClearance(0, std::vector<double>(3, 1.));
+  results.addVertexDistances(0, std::vector<double>(3, 1.));
   EXPECT_EQ(messageOf([&] { recording.frame(results); }),
-            "Recording::frame: a clearance of 'ball', which was removed");
+            "Recording::frame: distances of vertices of 'ball', which was removed");
   recording.frame();
   EXPECT_EQ(messageOf([&] { recording.place(0, origin); }), "Recording::place: 'ball' was removed");
   const Page page(recording);
@@ -451,21 +439,21 @@ TEST(PageRecording, BodiesAppearAndVanish) {
 
 /// A scene is recorded with its transforms, names, and the bodies that it has at each frame.
 TEST(PageRecording, FollowsAScene) {
-  fcl::Transform3f up = fcl::Transform3f::Identity();
+  fcl::Transform3d up = fcl::Transform3d::Identity();
   up.translation().z() = 3;
-  DeformableMesh<float> cloth(wavingSheet<float>(5, 0));
-  adaptive_bvh::Scenef scene;
+  DeformableMesh cloth(wavingSheet(5, 0));
+  adaptive_bvh::Scene scene;
   const auto of_cloth = scene.add(cloth);
-  const auto of_ball = scene.add(std::make_shared<fcl::Spheref>(0.5f), up);
+  const auto of_ball = scene.add(std::make_shared<fcl::Sphered>(0.5), up);
   Recording recording;
   recording.follow(scene);
   EXPECT_THROW(recording.follow(scene), std::logic_error);
   EXPECT_EQ(recording.bodyOf(of_ball), 1);
   recording.frame();
-  cloth.update(wavingSheet<float>(5, 0.4).vertices);
+  cloth.update(wavingSheet(5, 0.4).vertices);
   up.translation().x() = -2;
   scene.setTransform(of_ball, up);
-  const auto of_box = scene.add(std::make_shared<fcl::Boxf>(1.f, 2.f, 3.f), up);
+  const auto of_box = scene.add(std::make_shared<fcl::Boxd>(1, 2, 3), up);
   EXPECT_EQ(recording.bodyOf(of_box), 2) << "before a frame has it";
   recording.frame();
   scene.remove(of_ball);
@@ -479,7 +467,7 @@ TEST(PageRecording, FollowsAScene) {
   EXPECT_EQ(page.run["frames"][0]["bodies"].size(), 2u);
   EXPECT_TRUE(page.run["frames"][2]["bodies"][1].is_null());
   EXPECT_FALSE(page.run["frames"][2]["bodies"][2].is_null());
-  expectPositions(page, 0, 0, wavingSheet<float>(5, 0).vertices);
+  expectPositions(page, 0, 0, wavingSheet(5, 0).vertices);
   expectPositions(page, 2, 0, cloth.vertices());
   const json last = page.run["frames"][2];
   EXPECT_EQ(last["distance"].get<double>(), double(scene.nearest(of_cloth).distance));
@@ -489,7 +477,7 @@ TEST(PageRecording, FollowsAScene) {
 /// What a name throws leaves the recording as it was; bodies of the scene leave with it only.
 TEST(PageRecording, ANameThatThrowsChangesNothing) {
   const auto ball = std::make_shared<fcl::Sphered>(1);
-  adaptive_bvh::Scened scene;
+  adaptive_bvh::Scene scene;
   std::map<adaptive_bvh::BodyId, std::string> names;
   const auto name = [&names](adaptive_bvh::BodyId id) { return names.at(id); };
   scene.add(ball);
@@ -514,7 +502,7 @@ TEST(PageRecording, ANameThatThrowsChangesNothing) {
 /// What was not computed is left out, not shown as a number.
 TEST(PageRecording, UndefinedNumbersAreLeftOut) {
   AdaptiveBVHModeld model;
-  fillModel(wavingSheet<double>(2, 0), model);
+  fillModel(wavingSheet(2, 0), model);
   Recording recording;
   recording.add(model, fcl::Transform3d::Identity(), "sheet");
   FrameResults results;
@@ -534,7 +522,7 @@ TEST(PageRecording, UndefinedNumbersAreLeftOut) {
 /// One file: it holds the licence of three.js, and names nothing to load.
 TEST(PageRecording, ThePageIsSelfContained) {
   AdaptiveBVHModeld model;
-  fillModel(wavingSheet<double>(2, 0), model);
+  fillModel(wavingSheet(2, 0), model);
   RecordingOptions options;
   options.title = "a < b & c";
   Recording recording(options);
@@ -554,12 +542,12 @@ TEST(PageRecording, ThePageIsSelfContained) {
 TEST(PageRecording, WithoutVolumes) {
   for (const int depth : {3, -1}) {
     AdaptiveBVHModeld model;
-    fillModel(wavingSheet<double>(12, 0), model);
+    fillModel(wavingSheet(12, 0), model);
     RecordingOptions options;
     options.volume_depth = depth;
     Recording recording(options);
     recording.add(model, fcl::Transform3d::Identity(), "sheet");
-    model.update(wavingSheet<double>(12, 0, 500).vertices);
+    model.update(wavingSheet(12, 0, 500).vertices);
     recording.frame();
     const Page page(recording);
     expectPositions(page, 0, 0, model);
@@ -573,7 +561,7 @@ TEST(PageRecording, WithoutVolumes) {
 TEST(PageRecording, SaysWhatIsWrong) {
   const auto origin = fcl::Transform3d::Identity();
   AdaptiveBVHModeld model, empty;
-  fillModel(wavingSheet<double>(4, 0), model);
+  fillModel(wavingSheet(4, 0), model);
   Recording recording;
   EXPECT_EQ(messageOf([&] { recording.frame(); }), "Recording::frame: no body was added");
   EXPECT_EQ(messageOf([&] { recording.add(empty, origin, "e"); }),
@@ -584,15 +572,15 @@ TEST(PageRecording, SaysWhatIsWrong) {
             "Recording::write: no frame was recorded");
 
   FrameResults results;
-  results.addClearance(0, std::vector<float>(3, 1.f));
+  results.addVertexDistances(0, std::vector<double>(3, 1));
   EXPECT_EQ(messageOf([&] { recording.frame(results); }),
-            "Recording::frame: 3 clearances given for the 25 vertices of 'sheet'");
-  results.clearance[0] = {1, {}};
+            "Recording::frame: 3 distances given for the 25 vertices of 'sheet'");
+  results.vertex_distances[0] = {1, {}};
   EXPECT_EQ(messageOf([&] { recording.frame(results); }),
-            "Recording::frame: a clearance of body 1, of 1 bodies");
-  results.clearance[0] = {0, std::vector<double>(25, kNaN)};
+            "Recording::frame: distances of vertices of body 1, of 1 bodies");
+  results.vertex_distances[0] = {0, std::vector<double>(25, kNaN)};
   EXPECT_EQ(messageOf([&] { recording.frame(results); }),
-            "Recording::frame: a clearance is not finite");
+            "Recording::frame: the distance of a vertex is not finite");
   EXPECT_EQ(recording.frames(), 0) << "what is refused is not recorded";
 
   fcl::Transform3d bad = origin;
@@ -601,7 +589,7 @@ TEST(PageRecording, SaysWhatIsWrong) {
             "Recording::place: the transform is not finite");
   recording.frame();
   EXPECT_EQ(messageOf([&] { recording.remove(1); }), "Recording::remove: body 1, of 1");
-  fillModel(wavingSheet<double>(5, 0), model);
+  fillModel(wavingSheet(5, 0), model);
   EXPECT_EQ(messageOf([&] { recording.frame(); }),
             "Recording::frame: 'sheet' has 36 vertices and 50 triangles, and had 25 and 32 when it "
             "was added");
@@ -615,7 +603,7 @@ TEST(PageRecording, SaysWhatIsWrong) {
 TEST(PageRecording, LeavesThePageThatWasThereWhenTheDiskIsFull) {
   const TemporaryFile file("page.html", "the page before");
   Recording recording;
-  const adaptive_bvh::DeformableMeshd mesh(plate<double>(4, 4));
+  const adaptive_bvh::DeformableMesh mesh(plate(4, 4));
   recording.add(mesh, fcl::Transform3d::Identity(), "sheet");
   recording.frame();
   {
@@ -639,7 +627,7 @@ TEST(PageRecording, RefusesOptionsWithoutMeaning) {
   refuses([](RecordingOptions& options) { options.volume_depth = 21; });
   refuses([](RecordingOptions& options) { options.deeper_refits = -1; });
   refuses([](RecordingOptions& options) {
-    options.clearance_range = std::array<double, 2>{0, kNaN};
+    options.vertex_distance_range = std::array<double, 2>{0, kNaN};
   });
 }
 

@@ -22,7 +22,7 @@ namespace adaptive_bvh_test {
 namespace recorded_times_test {
 
 using adaptive_bvh::AdaptiveBVHModeld;
-using adaptive_bvh::DeformableMeshd;
+using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::FrameResults;
 using adaptive_bvh::Recording;
 using Clock = std::chrono::steady_clock;
@@ -42,12 +42,12 @@ FrameResults laborious() {
 /// Two sheets, one of which waves towards the other; each step is updated and queried.
 struct Program {
   explicit Program(int n)
-      : sheet(wavingSheet<double>(n, 0)),
-        other(wavingSheet<double>(n, 1)),
+      : sheet(wavingSheet(n, 0)),
+        other(wavingSheet(n, 1)),
         distance(sheet, other),
         proximity(sheet, other) {
     below.translation().z() = -0.9;
-    for (int k = 0; k < 6; ++k) steps.push_back(wavingSheet<double>(n, 0.2 * k).vertices);
+    for (int k = 0; k < 6; ++k) steps.push_back(wavingSheet(n, 0.2 * k).vertices);
   }
 
   /// What the update and the query took, milliseconds.
@@ -63,10 +63,10 @@ struct Program {
     return {update_ms, millisecondsSince(start)};
   }
 
-  DeformableMeshd sheet, other;
+  DeformableMesh sheet, other;
   fcl::Transform3d below = fcl::Transform3d::Identity();
-  adaptive_bvh::CoherentDistanced distance;
-  adaptive_bvh::CoherentProximityd proximity;
+  adaptive_bvh::CoherentDistance distance;
+  adaptive_bvh::CoherentProximity proximity;
   std::vector<std::vector<fcl::Vector3d>> steps;
   fcl::DistanceResultd nearest;
   bool is_nearer = false;
@@ -96,13 +96,13 @@ TEST(RecordedTimes, AnswersAndWorkAreThoseWithoutARecording) {
 /// Of a model also no traversal statistics are recorded, and later updates stay the same.
 TEST(RecordedTimes, ChangesNothingInAModel) {
   AdaptiveBVHModeld watched, alone;
-  fillModel(wavingSheet<double>(12, 0), watched);
-  fillModel(wavingSheet<double>(12, 0), alone);
+  fillModel(wavingSheet(12, 0), watched);
+  fillModel(wavingSheet(12, 0), alone);
   Recording recording;
   recording.add(watched, fcl::Transform3d::Identity(), "sheet");
   for (int frame = 1; frame < 5; ++frame) {
-    watched.update(wavingSheet<double>(12, 0.2 * frame).vertices);
-    alone.update(wavingSheet<double>(12, 0.2 * frame).vertices);
+    watched.update(wavingSheet(12, 0.2 * frame).vertices);
+    alone.update(wavingSheet(12, 0.2 * frame).vertices);
     recording.frame();
     EXPECT_EQ(watched.recordedWork().queries, 0);
     EXPECT_EQ(watched.lastUpdate().refitted(), alone.lastUpdate().refitted());
@@ -115,7 +115,7 @@ TEST(RecordedTimes, ChangesNothingInAModel) {
 /// long recording takes; an update's own report stays the same.
 TEST(RecordedTimes, ThePageHasTheTimesThatItWasGiven) {
   Program program(8);
-  adaptive_bvh::Scened scene;
+  adaptive_bvh::Scene scene;
   scene.add(program.sheet);
   Recording recording;
   recording.follow(scene, [](adaptive_bvh::BodyId) {

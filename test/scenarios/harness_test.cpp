@@ -40,10 +40,10 @@ bool isClosed(const Surface& surface) {
   return true;
 }
 
-adaptive_bvh::DeformableMeshd meshOf(const Surface& surface) {
+adaptive_bvh::DeformableMesh meshOf(const Surface& surface) {
   std::vector<fcl::Triangle> triangles;
   for (const auto& [a, b, c] : surface.triangles) triangles.emplace_back(a, b, c);
-  return adaptive_bvh::DeformableMeshd(surface.vertices, triangles);
+  return adaptive_bvh::DeformableMesh(surface.vertices, triangles);
 }
 
 TEST(EngineBay, HasSomeSixtyClosedPartsInItsBox) {
@@ -84,12 +84,12 @@ TEST(ElasticRods, SagAsABeamDoes) {
 
 TEST(Harness, KeepsItsLengthsAndTouchesNothing) {
   Harness harness(6000);
-  std::vector<adaptive_bvh::DeformableMeshd> parts;
+  std::vector<adaptive_bvh::DeformableMesh> parts;
   for (const Part& part : harness::engineBay()) parts.push_back(meshOf(part.surface));
   const Surface first = harness.surface();
   EXPECT_NEAR(6000., double(first.triangles.size()), 300.);
   EXPECT_TRUE(isClosed(first));
-  adaptive_bvh::DeformableMeshd mesh = meshOf(first);
+  adaptive_bvh::DeformableMesh mesh = meshOf(first);
   const auto at_rest = fcl::Transform3d::Identity();
   double largest_way = 0, least = 1e9;
   for (int frame = 0; frame < 60; ++frame) {
@@ -133,7 +133,7 @@ TEST(Harness, IsInItsFiles) {
   harness::writeStl(surface, stl.path());
   adaptive_bvh::MeshLoadOptions as_written;
   as_written.weld = false;
-  const auto mesh = adaptive_bvh::loadMesh<double>(ply.path(), as_written);
+  const auto mesh = adaptive_bvh::loadMesh(ply.path(), as_written);
   ASSERT_EQ(surface.vertices.size(), mesh.vertices.size());
   ASSERT_EQ(surface.triangles.size(), mesh.triangles.size());
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
@@ -141,7 +141,7 @@ TEST(Harness, IsInItsFiles) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     for (std::size_t k = 0; k < 3; ++k)
       ASSERT_EQ(surface.triangles[t][k], mesh.triangles[t][int(k)]);
-  const auto welded = adaptive_bvh::loadMesh<double>(stl.path());
+  const auto welded = adaptive_bvh::loadMesh(stl.path());
   // The trunk and its last two branches share the middle of a cap.
   EXPECT_EQ(surface.vertices.size() - 2, welded.vertices.size());
   EXPECT_EQ(surface.triangles.size(), welded.triangles.size());

@@ -88,7 +88,7 @@ TEST(Scenarios, StayAsTheyAreAfterTheirLastFrame) {
 
 /// Distances in all frames.
 std::vector<double> distances(const Scenario& scenario) {
-  adaptive_bvh::DeformableMeshd a(scenario.first.mesh()), b(scenario.second.mesh());
+  adaptive_bvh::DeformableMesh a(scenario.first.mesh()), b(scenario.second.mesh());
   const auto origin = fcl::Transform3d::Identity();
   std::vector<double> found;
   for (int frame = 1; frame <= scenario.frames(); ++frame) {
@@ -96,7 +96,7 @@ std::vector<double> distances(const Scenario& scenario) {
     b.update(scenario.second.positions(frame));
     fcl::DistanceResultd result;
     found.push_back(
-        adaptive_bvh::distance<double>(&a, origin, &b, origin, fcl::DistanceRequestd(), result));
+        adaptive_bvh::distance(&a, origin, &b, origin, fcl::DistanceRequestd(), result));
   }
   return found;
 }
@@ -209,7 +209,7 @@ TEST(Scenarios, PressRodsTogether) {
 
 /// Pairs of triangles that intersect.
 std::size_t selfContacts(const Body& body, int frame) {
-  adaptive_bvh::DeformableMeshd mesh(body.mesh());
+  adaptive_bvh::DeformableMesh mesh(body.mesh());
   mesh.update(body.positions(frame));
   fcl::CollisionResultd result;
   return selfCollide(mesh, fcl::CollisionRequestd(1000000), result);

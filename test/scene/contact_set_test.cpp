@@ -37,19 +37,11 @@ AllPairs sorted(AllPairs pairs) {
   return pairs;
 }
 
-template <typename S>
-TriangleMesh<double> inDouble(const TriangleMesh<S>& mesh) {
-  TriangleMesh<double> converted;
-  for (const auto& p : mesh.vertices) converted.vertices.push_back(p.template cast<double>());
-  converted.triangles = mesh.triangles;
-  return converted;
-}
-
 /// All pairs of triangles that are at most `limit` apart; of one mesh without those that have a
 /// vertex in common.
-Pairs trianglePairs(const TriangleMesh<double>& first, const TriangleMesh<double>& second,
-                    quad::Real limit, bool is_self) {
-  const auto triangle = [](const TriangleMesh<double>& mesh, std::size_t t) -> quad::Triangle {
+Pairs trianglePairs(const TriangleMesh& first, const TriangleMesh& second, quad::Real limit,
+                    bool is_self) {
+  const auto triangle = [](const TriangleMesh& mesh, std::size_t t) -> quad::Triangle {
     const auto& v = mesh.triangles[t];
     return {quad::of(mesh.vertices[v[0]]), quad::of(mesh.vertices[v[1]]),
             quad::of(mesh.vertices[v[2]])};
@@ -80,20 +72,17 @@ void expectBetween(const List& least, const List& found, const List& most) {
 /// What a caller knows of a set who reads only what was added and removed.
 class Follower {
  public:
-  template <typename S>
-  explicit Follower(const ContactSet<S>& set) {
+  explicit Follower(const ContactSet& set) {
     for (unsigned k = 0; k < 3; ++k) known_[k] = listOf(set, k).pairs;
   }
 
-  template <typename S>
-  static const NumberedPairs& listOf(const ContactSet<S>& set, unsigned kind) {
+  static const NumberedPairs& listOf(const ContactSet& set, unsigned kind) {
     return kind == 0 && set.features(FeatureKind::VertexFace).pairs.empty()
                ? set.triangles()
                : set.features(FeatureKind(kind));
   }
   /// Follows an update, and compares.
-  template <typename S>
-  void follow(const ContactSet<S>& set) {
+  void follow(const ContactSet& set) {
     std::size_t size = 0;
     for (unsigned k = 0; k < 3; ++k) {
       const NumberedPairs& list = listOf(set, k);
@@ -152,63 +141,60 @@ class Follower {
 };
 
 /// Two meshes, or one with itself, where a history has brought them.
-template <typename S>
 struct Bodies {
-  DeformableMesh<S> first, second;
+  DeformableMesh first, second;
   bool is_self;
-  fcl::Transform3<S> tf1 = fcl::Transform3<S>::Identity(), tf2 = tf1;
+  fcl::Transform3d tf1 = fcl::Transform3d::Identity(), tf2 = tf1;
 
-  ContactSet<S> set(const ContactSetRequest<S>& request) const {
-    return is_self ? ContactSet<S>(first, request) : ContactSet<S>(first, second, request);
+  ContactSet set(const ContactSetRequest& request) const {
+    return is_self ? ContactSet(first, request) : ContactSet(first, second, request);
   }
-  void update(ContactSet<S>& set) const { is_self ? set.update() : set.update(tf1, tf2); }
+  void update(ContactSet& set) const { is_self ? set.update() : set.update(tf1, tf2); }
 
   /// What a new query finds.
-  AllPairs pairs(const ContactSetRequest<S>& request) const {
+  AllPairs pairs(const ContactSetRequest& request) const {
     if (request.elements == ContactElements::Features) {
-      const adaptive_bvh::FeatureProximityRequest<S> of{request.distance, request.vertex_face,
-                                                        request.face_vertex, request.edge_edge};
+      const adaptive_bvh::FeatureProximityRequest of{request.distance, request.ignored};
       FeaturePairs found;
-      is_self ? featurePairsWithin(first, of, found)
+      is_self ? selfFeaturePairsWithin(first, of, found)
               : featurePairsWithin(first, tf1, second, tf2, of, found);
       return sorted({found.vertex_face, found.face_vertex, found.edge_edge});
     }
-    adaptive_bvh::ProximityRequest<S> of;
+    adaptive_bvh::ProximityRequest of;
     of.distance = request.distance;
-    of.ignored = request.triangles;
-    adaptive_bvh::TrianglePairs<S> found;
-    is_self ? pairsWithin(first, of, found, request.filter)
-            : pairsWithin(first, tf1, second, tf2, of, found);
+    of.ignored = request.ignored;
+    adaptive_bvh::TrianglePairs found;
+    is_self ? selfPairsWithin(first, of, found) : pairsWithin(first, tf1, second, tf2, of, found);
     return sorted({found.triangles, {}, {}});
   }
 };
 
-template <typename S>
 class ContactSets : public testing::Test {
  protected:
-  using Mesh = DeformableMesh<S>;
-  using Point = Vector3<S>;
+  using Mesh = DeformableMesh;
+  using Point = fcl::Vector3d;
   using Points = std::vector<Point>;
 
-  TriangleMesh<S> sheet(bool on_lattice) {
-    TriangleMesh<S> mesh = plate<S>(2 + random_.below(6), 2 + random_.below(6));
+  TriangleMesh sheet(bool on_lattice) {
+    TriangleMesh mesh = plate(2 + random_.below(6), 2 + random_.below(6));
     for (Point& p : mesh.vertices) {
       p = Point(std::round(p[0] * 6), std::round(p[1] * 6), 0);
       if (on_lattice)
-        p[2] = S(random_.below(3));
+        p[2] = double(random_.below(3));
       else
-        p += random_.point() * S(0.3);
+        p += random_.point() * 0.3;
     }
     return mesh;
   }
   /// A step of a vertex, by whole numbers on the lattice.
-  Point step(bool on_lattice, S speed) {
+  Point step(bool on_lattice, double speed) {
     if (!on_lattice) return random_.point() * speed;
-    return {S(random_.below(3) - 1), S(random_.below(3) - 1), S(random_.below(3) - 1)};
+    return {double(random_.below(3) - 1), double(random_.below(3) - 1),
+            double(random_.below(3) - 1)};
   }
 
   /// Changes a mesh in some way.
-  void change(Mesh& mesh, Mesh& snapshot, bool on_lattice, S speed) {
+  void change(Mesh& mesh, Mesh& snapshot, bool on_lattice, double speed) {
     Points all = mesh.vertices();
     switch (random_.below(10)) {
       case 0:
@@ -246,57 +232,55 @@ class ContactSets : public testing::Test {
         return;
       }
       default:
-        all[0][1] = std::numeric_limits<S>::quiet_NaN();
+        all[0][1] = std::numeric_limits<double>::quiet_NaN();
         EXPECT_THROW(mesh.update(all), std::invalid_argument);
     }
   }
-  void changeTransforms(Bodies<S>& bodies, bool on_lattice, S speed) {
-    fcl::Transform3<S> move = fcl::Transform3<S>::Identity();
+  void changeTransforms(Bodies& bodies, bool on_lattice, double speed) {
+    fcl::Transform3d move = fcl::Transform3d::Identity();
     move.translation() = step(on_lattice, speed);
     if (!on_lattice)
-      move.linear() =
-          Eigen::AngleAxis<S>(speed * random_.uniform(), random_.direction()).toRotationMatrix();
+      move.linear() = Eigen::AngleAxis<double>(speed * random_.uniform(), random_.direction())
+                          .toRotationMatrix();
     if (random_.oneIn(3)) bodies.tf1 = move * bodies.tf1;
     bodies.tf2 = move * bodies.tf2;
   }
 
-  ContactSetRequest<S> request(bool on_lattice) {
-    ContactSetRequest<S> request;
-    constexpr S kInfinity = std::numeric_limits<S>::infinity();
-    const S distances[] = {0, 1, 2, S(0.5), S(0.7), S(0.1), S(1.3), kInfinity};
+  ContactSetRequest request(bool on_lattice) {
+    ContactSetRequest request;
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    const double distances[] = {0, 1, 2, 0.5, 0.7, 0.1, 1.3, kInfinity};
     request.distance = distances[random_.below(on_lattice ? 3 : random_.oneIn(8) ? 8 : 7)];
     if (random_.oneIn(2)) request.elements = ContactElements::Features;
     const NeighbourFilter filters[] = {NeighbourFilter::SharedVertex, NeighbourFilter::SharedEdge,
                                        NeighbourFilter::None};
-    request.filter = filters[random_.below(3)];
+    request.ignored.neighbours = filters[random_.below(3)];
     return request;
   }
 
-  RandomGeometry<S> random_{20266};
+  RandomGeometry random_{20266};
 };
-TYPED_TEST_SUITE(ContactSets, MeshScalars);
 
 /// Jumps, refused updates, snapshots, assignments, transforms; on lattices with ties.
-TYPED_TEST(ContactSets, AreThoseOfNewQueriesInEveryStep) {
-  using S = TypeParam;
+TEST_F(ContactSets, AreThoseOfNewQueriesInEveryStep) {
   auto& random = this->random_;
   std::size_t tested = 0, candidates = 0;
   for (int history = 0; history < manySteps(150); ++history) {
     const bool on_lattice = random.oneIn(3);
-    Bodies<S> bodies{DeformableMesh<S>(this->sheet(on_lattice)),
-                     DeformableMesh<S>(this->sheet(on_lattice)), random.oneIn(2)};
-    ContactSetRequest<S> request = this->request(on_lattice);
+    Bodies bodies{DeformableMesh(this->sheet(on_lattice)), DeformableMesh(this->sheet(on_lattice)),
+                  random.oneIn(2)};
+    ContactSetRequest request = this->request(on_lattice);
     const Pairs list = {{1, 3}, {2, 9}, {4, 8}};
     if (random.oneIn(3))
-      for (auto* ignored :
-           {&request.triangles, &request.vertex_face, &request.face_vertex, &request.edge_edge}) {
+      for (auto* ignored : {&request.ignored.triangles, &request.ignored.vertex_face,
+                            &request.ignored.face_vertex, &request.ignored.edge_edge}) {
         ignored->list = &list;
         ignored->test = [](unsigned a, unsigned b) { return (7 * a + 3 * b) % 5 == 0; };
       }
-    ContactSet<S> set = bodies.set(request);
+    ContactSet set = bodies.set(request);
     Follower follower(set);
-    DeformableMesh<S> snapshots[] = {bodies.first, bodies.second};
-    const S speed = random.size(-4, 0);
+    DeformableMesh snapshots[] = {bodies.first, bodies.second};
+    const double speed = random.size(-4, 0);
     for (int step = 0; step < 30; ++step) {
       for (int k = random.below(3); k > 0; --k) {
         const bool is_first = random.oneIn(2);
@@ -317,45 +301,43 @@ TYPED_TEST(ContactSets, AreThoseOfNewQueriesInEveryStep) {
         follower.renumber(moved, request.elements == ContactElements::Features);
         follower.follow(set);
       }
-      if (random.oneIn(8)) set = ContactSet<S>(set);
+      if (random.oneIn(8)) set = ContactSet(set);
     }
   }
   EXPECT_LT(tested, candidates * 3 / 4) << "or nothing was kept that could be wrong";
 }
 
 /// Coordinates are whole numbers; all pairs are judged in quadruple precision.
-TYPED_TEST(ContactSets, AreAllPairsOfALattice) {
-  using S = TypeParam;
+TEST_F(ContactSets, AreAllPairsOfALattice) {
   auto& random = this->random_;
   for (int history = 0; history < manySteps(10); ++history) {
-    TriangleMesh<S> meshes[] = {this->sheet(true), this->sheet(true)};
-    Bodies<S> bodies{DeformableMesh<S>(meshes[0]), DeformableMesh<S>(meshes[1]), random.oneIn(2)};
-    ContactSetRequest<S> request = this->request(true);
-    request.filter = NeighbourFilter::SharedVertex;
-    ContactSet<S> set = bodies.set(request);
+    TriangleMesh meshes[] = {this->sheet(true), this->sheet(true)};
+    Bodies bodies{DeformableMesh(meshes[0]), DeformableMesh(meshes[1]), random.oneIn(2)};
+    ContactSetRequest request = this->request(true);
+    request.ignored.neighbours = NeighbourFilter::SharedVertex;
+    ContactSet set = bodies.set(request);
     for (int step = 0; step < 12; ++step) {
       for (auto& p : meshes[random.below(2)].vertices)
         if (random.oneIn(3)) p += this->step(true, 1);
       bodies.first.update(meshes[0].vertices);
       bodies.second.update(meshes[1].vertices);
       bodies.update(set);
-      const TriangleMesh<double> in_double[] = {inDouble(meshes[0]), inDouble(meshes[1])};
-      const TriangleMesh<double>& second = in_double[bodies.is_self ? 0 : 1];
+      const TriangleMesh& second = meshes[bodies.is_self ? 0 : 1];
       // Within the distance 0 are those that touch, exactly. Otherwise rounding decides about pairs
       // that are the distance apart.
       const int limit = int(request.distance);
       const double beyond = 1e-12, within = limit > 0 ? -1e-12 : 1e-12;
       const AllPairs pairs = Follower(set).pairs();
       if (request.elements == ContactElements::Features) {
-        const FeatureSet found = featurePairs(FeaturePairs{pairs[0], pairs[1], pairs[2]},
-                                              in_double[0], second, bodies.is_self);
-        expectBetween(featurePairs(in_double[0], second, limit, bodies.is_self, within), found,
-                      featurePairs(in_double[0], second, limit, bodies.is_self, beyond));
+        const FeatureSet found = featurePairs(FeaturePairs{pairs[0], pairs[1], pairs[2]}, meshes[0],
+                                              second, bodies.is_self);
+        expectBetween(featurePairs(meshes[0], second, limit, bodies.is_self, within), found,
+                      featurePairs(meshes[0], second, limit, bodies.is_self, beyond));
       } else {
         const quad::Real least = quad::Real(limit) + quad::Real(within),
                          most = quad::Real(limit) + quad::Real(beyond);
-        expectBetween(trianglePairs(in_double[0], second, least, bodies.is_self), pairs[0],
-                      trianglePairs(in_double[0], second, most, bodies.is_self));
+        expectBetween(trianglePairs(meshes[0], second, least, bodies.is_self), pairs[0],
+                      trianglePairs(meshes[0], second, most, bodies.is_self));
       }
       if (this->HasFailure()) return;
     }
@@ -363,19 +345,18 @@ TYPED_TEST(ContactSets, AreAllPairsOfALattice) {
 }
 
 /// A surface that slides in small steps: most pairs keep their numbers, few are tested.
-TYPED_TEST(ContactSets, KeepNumbersAndTestFewPairs) {
-  using S = TypeParam;
-  DeformableMesh<S> lower(plate<S>(20, 20)), upper(plate<S>(20, 20));
-  ContactSetRequest<S> request;
-  request.distance = S(0.05);
-  ContactSet<S> set(lower, upper, request);
-  fcl::Transform3<S> still = fcl::Transform3<S>::Identity(), slides = still;
-  slides.translation() = Vector3<S>(S(0.011), S(0.007), S(0.03));
+TEST_F(ContactSets, KeepNumbersAndTestFewPairs) {
+  DeformableMesh lower(plate(20, 20)), upper(plate(20, 20));
+  ContactSetRequest request;
+  request.distance = 0.05;
+  ContactSet set(lower, upper, request);
+  fcl::Transform3d still = fcl::Transform3d::Identity(), slides = still;
+  slides.translation() = fcl::Vector3d(0.011, 0.007, 0.03);
   set.update(still, slides);
   const std::vector<FeaturePair> before = set.triangles().pairs;
   std::size_t tested = 0, kept = 0;
   for (int step = 0; step < 20; ++step) {
-    slides.translation() += Vector3<S>(S(0.0003), 0, 0);
+    slides.translation() += fcl::Vector3d(0.0003, 0, 0);
     set.update(still, slides);
     tested += set.work().tested;
   }
@@ -385,104 +366,100 @@ TYPED_TEST(ContactSets, KeepNumbersAndTestFewPairs) {
   set.update(still, slides);
   EXPECT_TRUE(set.triangles().added.empty() && set.triangles().removed.empty());
   const std::size_t searches = set.work().searches;
-  still.translation() += Vector3<S>(3, 4, 5);
-  slides.translation() += Vector3<S>(3, 4, 5);
+  still.translation() += fcl::Vector3d(3, 4, 5);
+  slides.translation() += fcl::Vector3d(3, 4, 5);
   set.update(still, slides);
   EXPECT_EQ(searches, set.work().searches) << "they have moved together";
 }
 
 /// Two copies go on alone, and so do copies of the meshes.
-TYPED_TEST(ContactSets, CopiesGoOnAlone) {
-  using S = TypeParam;
+TEST_F(ContactSets, CopiesGoOnAlone) {
   auto& random = this->random_;
-  Bodies<S> bodies{DeformableMesh<S>(plate<S>(8, 8)), DeformableMesh<S>(plate<S>(8, 8)), true};
-  ContactSetRequest<S> request;
-  request.distance = S(0.2);
-  ContactSet<S> set(bodies.first, request);
+  Bodies bodies{DeformableMesh(plate(8, 8)), DeformableMesh(plate(8, 8)), true};
+  ContactSetRequest request;
+  request.distance = 0.2;
+  ContactSet set(bodies.first, request);
   set.update();
-  ContactSet<S> copy(set);
+  ContactSet copy(set);
   const auto before = copy.triangles().pairs;
-  moveVertices(bodies.first, [&](auto& p) { p += random.point() * S(0.05); });
+  moveVertices(bodies.first, [&](auto& p) { p += random.point() * 0.05; });
   set.update();
   EXPECT_EQ(before, copy.triangles().pairs);
   EXPECT_NE(before, set.triangles().pairs);
   copy.update();
   EXPECT_EQ(set.triangles().pairs, copy.triangles().pairs);
-  ContactSet<S> moved(std::move(copy));
-  moveVertices(bodies.first, [&](auto& p) { p += random.point() * S(0.01); });
+  ContactSet moved(std::move(copy));
+  moveVertices(bodies.first, [&](auto& p) { p += random.point() * 0.01; });
   moved.update();
   set.update();
   EXPECT_EQ(set.triangles().pairs, moved.triangles().pairs);
 }
 
 /// Another mesh with other triangles takes the place of the first.
-TYPED_TEST(ContactSets, RemoveThePairsOfOtherTriangles) {
-  using S = TypeParam;
-  Bodies<S> bodies{DeformableMesh<S>(plate<S>(5, 5)), DeformableMesh<S>(plate<S>(4, 7)), false};
-  ContactSetRequest<S> request;
-  request.distance = S(0.1);
-  ContactSet<S> set = bodies.set(request);
+TEST_F(ContactSets, RemoveThePairsOfOtherTriangles) {
+  Bodies bodies{DeformableMesh(plate(5, 5)), DeformableMesh(plate(4, 7)), false};
+  ContactSetRequest request;
+  request.distance = 0.1;
+  ContactSet set = bodies.set(request);
   Follower follower(set);
   bodies.update(set);
   follower.follow(set);
   const std::size_t before = set.size();
-  bodies.first = DeformableMesh<S>(plate<S>(6, 3));
+  bodies.first = DeformableMesh(plate(6, 3));
   bodies.update(set);
   EXPECT_EQ(before, set.triangles().removed.size());
   follower.follow(set);
   EXPECT_EQ(bodies.pairs(request), follower.pairs());
 }
 
-TYPED_TEST(ContactSets, RefuseWhatIsNotARequestAndChangeNothing) {
-  using S = TypeParam;
-  const DeformableMesh<S> mesh(plate<S>(4, 4));
-  ContactSetRequest<S> request;
-  for (const S distance : {S(-1), std::numeric_limits<S>::quiet_NaN()}) {
+TEST_F(ContactSets, RefuseWhatIsNotARequestAndChangeNothing) {
+  const DeformableMesh mesh(plate(4, 4));
+  ContactSetRequest request;
+  for (const double distance : {-1., std::numeric_limits<double>::quiet_NaN()}) {
     request.distance = distance;
-    EXPECT_THROW(ContactSet<S>(mesh, request), std::invalid_argument);
+    EXPECT_THROW(ContactSet(mesh, request), std::invalid_argument);
   }
-  request.distance = S(0.1);
-  request.filter = NeighbourFilter::BeyondShared;
-  EXPECT_THROW(ContactSet<S>(mesh, request), std::invalid_argument);
-  request.filter = NeighbourFilter::SharedVertex;
+  request.distance = 0.1;
+  request.ignored.neighbours = NeighbourFilter::BeyondShared;
+  EXPECT_THROW(ContactSet(mesh, request), std::invalid_argument);
+  request.ignored.neighbours = NeighbourFilter::SharedVertex;
   const Pairs unsorted = {{2, 3}, {1, 2}}, reversed = {{3, 2}};
-  request.triangles.list = &unsorted;
-  EXPECT_THROW(ContactSet<S>(mesh, mesh, request), std::invalid_argument);
-  request.triangles.list = &reversed;
-  EXPECT_NO_THROW(ContactSet<S>(mesh, mesh, request));
-  EXPECT_THROW(ContactSet<S>(mesh, request), std::invalid_argument);
-  request.triangles.list = nullptr;
-  ContactSet<S> set(mesh, mesh, request), own(mesh, request);
+  request.ignored.triangles.list = &unsorted;
+  EXPECT_THROW(ContactSet(mesh, mesh, request), std::invalid_argument);
+  request.ignored.triangles.list = &reversed;
+  EXPECT_NO_THROW(ContactSet(mesh, mesh, request));
+  EXPECT_THROW(ContactSet(mesh, request), std::invalid_argument);
+  request.ignored.triangles.list = nullptr;
+  ContactSet set(mesh, mesh, request), own(mesh, request);
   EXPECT_EQ(0u, set.size());
   EXPECT_GT(set.update(), 0u);
   const auto before = set.triangles().added;
-  fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
+  fcl::Transform3d tf = fcl::Transform3d::Identity();
   EXPECT_THROW(own.update(tf, tf), std::logic_error);
   tf.linear() *= 2;
   EXPECT_THROW(set.update(tf, tf), std::invalid_argument);
   EXPECT_EQ(before, set.triangles().added);
-  adaptive_bvh::FeatureDetails<S> details;
+  adaptive_bvh::FeatureDetails details;
   EXPECT_THROW(set.details({unsigned(set.triangles().pairs.size())}, details),
                std::invalid_argument);
   EXPECT_THROW(set.details(FeatureKind::EdgeEdge, {0}, details), std::invalid_argument);
 }
 
 /// A filter that throws ends the update; the set stays, and the next update is right.
-TYPED_TEST(ContactSets, SurviveAFilterThatThrows) {
-  using S = TypeParam;
+TEST_F(ContactSets, SurviveAFilterThatThrows) {
   auto& random = this->random_;
-  Bodies<S> bodies{DeformableMesh<S>(plate<S>(8, 8)), DeformableMesh<S>(plate<S>(8, 8)), true};
-  ContactSetRequest<S> request;
-  request.distance = S(0.1);
+  Bodies bodies{DeformableMesh(plate(8, 8)), DeformableMesh(plate(8, 8)), true};
+  ContactSetRequest request;
+  request.distance = 0.1;
   bool throws = false;
-  request.triangles.test = [&](unsigned, unsigned) {
+  request.ignored.triangles.test = [&](unsigned, unsigned) {
     if (throws) throw std::runtime_error("as the caller wants");
     return false;
   };
-  ContactSet<S> set(bodies.first, request);
+  ContactSet set(bodies.first, request);
   Follower follower(set);
   for (int step = 0; step < 20; ++step) {
-    moveVertices(bodies.first, [&](auto& p) { p += random.point() * S(0.02); });
+    moveVertices(bodies.first, [&](auto& p) { p += random.point() * 0.02; });
     const auto before = set.triangles().pairs;
     const auto added = set.triangles().added;
     throws = true;
@@ -497,26 +474,25 @@ TYPED_TEST(ContactSets, SurviveAFilterThatThrows) {
 }
 
 /// Distances and points are those of the queries.
-TYPED_TEST(ContactSets, GiveDetailsOfPairs) {
-  using S = TypeParam;
+TEST_F(ContactSets, GiveDetailsOfPairs) {
   auto& random = this->random_;
-  const DeformableMesh<S> first(gridBall<S>(12, 8)), second(gridBall<S>(10, 9));
-  const fcl::Transform3<S> tf1 = random.pose(1);
-  fcl::Transform3<S> tf2 = tf1;
-  tf2.translation() += Vector3<S>(S(0.4), S(0.3), S(1.6));
-  ContactSetRequest<S> request;
-  request.distance = S(0.3);
-  ContactSet<S> set(first, second, request);
+  const DeformableMesh first(gridBall(12, 8)), second(gridBall(10, 9));
+  const fcl::Transform3d tf1 = random.pose(1);
+  fcl::Transform3d tf2 = tf1;
+  tf2.translation() += fcl::Vector3d(0.4, 0.3, 1.6);
+  ContactSetRequest request;
+  request.distance = 0.3;
+  ContactSet set(first, second, request);
   set.update(tf1, tf2);
   std::vector<unsigned> numbers;
   set.triangles().list(numbers);
   std::reverse(numbers.begin(), numbers.end());
-  adaptive_bvh::FeatureDetails<S> details;
+  adaptive_bvh::FeatureDetails details;
   set.details(numbers, details);
-  adaptive_bvh::ProximityRequest<S> all;
-  all.distance = S(0.3);
+  adaptive_bvh::ProximityRequest all;
+  all.distance = 0.3;
   all.enable_distances = all.enable_nearest_points = true;
-  adaptive_bvh::TrianglePairs<S> found;
+  adaptive_bvh::TrianglePairs found;
   ASSERT_GT(pairsWithin(first, tf1, second, tf2, all, found), 10u);
   ASSERT_EQ(found.size(), details.distances.size());
   std::map<FeaturePair, std::size_t> index;
@@ -528,14 +504,14 @@ TYPED_TEST(ContactSets, GiveDetailsOfPairs) {
     EXPECT_EQ(found.nearest_points[at], details.nearest_points[i]);
     EXPECT_NEAR(1, details.normals[i].norm(), 1e-5);
     touching += details.distances[i] == 0;
-    if (details.distances[i] < S(1e-3)) continue;
-    const Vector3<S> between = details.nearest_points[i][1] - details.nearest_points[i][0];
-    EXPECT_LT((between.normalized() - details.normals[i]).norm(), S(1e-3));
+    if (details.distances[i] < 1e-3) continue;
+    const fcl::Vector3d between = details.nearest_points[i][1] - details.nearest_points[i][0];
+    EXPECT_LT((between.normalized() - details.normals[i]).norm(), 1e-3);
   }
   EXPECT_GT(touching, 3);
   request.elements = ContactElements::Features;
-  request.distance = S(0.1);
-  ContactSet<S> features(first, second, request);
+  request.distance = 0.1;
+  ContactSet features(first, second, request);
   features.update(tf1, tf2);
   for (const FeatureKind kind :
        {FeatureKind::VertexFace, FeatureKind::FaceVertex, FeatureKind::EdgeEdge}) {
@@ -546,7 +522,7 @@ TYPED_TEST(ContactSets, GiveDetailsOfPairs) {
                  : kind == FeatureKind::FaceVertex ? pairs.face_vertex
                                                    : pairs.edge_edge;
     for (const unsigned n : numbers) list.push_back(features.features(kind).pairs[n]);
-    adaptive_bvh::FeaturePairDetails<S> expected;
+    adaptive_bvh::FeaturePairDetails expected;
     featurePairDetails(first, tf1, second, tf2, pairs, expected);
     const auto& of_kind = kind == FeatureKind::VertexFace   ? expected.vertex_face
                           : kind == FeatureKind::FaceVertex ? expected.face_vertex
@@ -559,11 +535,10 @@ TYPED_TEST(ContactSets, GiveDetailsOfPairs) {
 }
 
 /// Contacts step after step, of a set whose distance is 0 or more.
-TYPED_TEST(ContactSets, GiveTheContactsOfCollide) {
-  using S = TypeParam;
+TEST_F(ContactSets, GiveTheContactsOfCollide) {
   auto& random = this->random_;
-  using Contacts = std::set<std::tuple<int, int, S, S, S, S>>;
-  const auto read = [](const fcl::CollisionResult<S>& result) {
+  using Contacts = std::set<std::tuple<int, int, double, double, double, double>>;
+  const auto read = [](const fcl::CollisionResultd& result) {
     Contacts contacts;
     for (std::size_t i = 0; i < result.numContacts(); ++i) {
       const auto& c = result.getContact(i);
@@ -571,24 +546,23 @@ TYPED_TEST(ContactSets, GiveTheContactsOfCollide) {
     }
     return contacts;
   };
-  const fcl::CollisionRequest<S> all(100000, true);
-  for (const S distance : {S(0), S(0.05)})
+  const fcl::CollisionRequestd all(100000, true);
+  for (const double distance : {0., 0.05})
     for (const bool is_self : {false, true}) {
-      Bodies<S> bodies{DeformableMesh<S>(gridBall<S>(12, 10)), DeformableMesh<S>(gridBall<S>(9, 9)),
-                       is_self};
-      bodies.tf2.translation() = Vector3<S>(S(0.1), S(0.3), S(0.9));
-      ContactSetRequest<S> request;
+      Bodies bodies{DeformableMesh(gridBall(12, 10)), DeformableMesh(gridBall(9, 9)), is_self};
+      bodies.tf2.translation() = fcl::Vector3d(0.1, 0.3, 0.9);
+      ContactSetRequest request;
       request.distance = distance;
-      ContactSet<S> set = bodies.set(request);
+      ContactSet set = bodies.set(request);
       std::size_t most = 0;
       for (int step = 0; step < 12; ++step) {
-        moveVertices(bodies.first, [&](auto& p) { p += random.point() * S(0.05); });
-        bodies.tf2.translation()[2] -= S(0.01);
+        moveVertices(bodies.first, [&](auto& p) { p += random.point() * 0.05; });
+        bodies.tf2.translation()[2] -= 0.01;
         bodies.update(set);
-        fcl::CollisionResult<S> expected, found;
+        fcl::CollisionResultd expected, found;
         is_self ? selfCollide(bodies.first, all, expected)
-                : adaptive_bvh::collide<S>(&bodies.first, bodies.tf1, &bodies.second, bodies.tf2,
-                                           all, expected);
+                : adaptive_bvh::collide(&bodies.first, bodies.tf1, &bodies.second, bodies.tf2, all,
+                                        expected);
         set.contacts(all, found);
         ASSERT_EQ(expected.numContacts(), found.numContacts());
         ASSERT_EQ(read(expected), read(found));
@@ -598,13 +572,12 @@ TYPED_TEST(ContactSets, GiveTheContactsOfCollide) {
     }
 }
 
-template <typename S>
-class SceneContactSets : public ContactSets<S> {
+class SceneContactSets : public ContactSets {
  protected:
   /// By pairs of bodies.
   using ByBodies = std::map<std::pair<unsigned, unsigned>, AllPairs>;
 
-  static ByBodies query(const Scene<S>& scene, const ContactSetRequest<S>& request) {
+  static ByBodies query(const Scene& scene, const ContactSetRequest& request) {
     ByBodies all;
     if (request.elements == ContactElements::Features) {
       adaptive_bvh::SceneFeaturePairs found;
@@ -615,23 +588,23 @@ class SceneContactSets : public ContactSets<S> {
         for (std::size_t k = 0; k < 3; ++k) {
           const Pairs& list = found.found.*kinds[k];
           all[{found.pairs[i].first, found.pairs[i].second}][k].assign(
-              list.begin() + std::ptrdiff_t(found.offsets[i][k]),
-              list.begin() + std::ptrdiff_t(found.offsets[i + 1][k]));
+              list.begin() + std::ptrdiff_t(found.begins[i][k]),
+              list.begin() + std::ptrdiff_t(found.begins[i + 1][k]));
         }
     } else {
-      adaptive_bvh::ProximityRequest<S> of;
+      adaptive_bvh::ProximityRequest of;
       of.distance = request.distance;
-      adaptive_bvh::SceneTrianglePairs<S> found;
+      adaptive_bvh::SceneTrianglePairs found;
       scene.pairsWithin(of, found);
       for (std::size_t i = 0; i < found.pairs.size(); ++i)
         all[{found.pairs[i].first, found.pairs[i].second}][0].assign(
-            found.found.triangles.begin() + std::ptrdiff_t(found.offsets[i]),
-            found.found.triangles.begin() + std::ptrdiff_t(found.offsets[i + 1]));
+            found.found.triangles.begin() + std::ptrdiff_t(found.begins[i]),
+            found.found.triangles.begin() + std::ptrdiff_t(found.begins[i + 1]));
     }
     for (auto& entry : all) entry.second = sorted(entry.second);
     return all;
   }
-  static ByBodies held(const ContactSet<S>& set) {
+  static ByBodies held(const ContactSet& set) {
     ByBodies all;
     for (unsigned k = 0; k < 3; ++k) {
       const NumberedPairs& list = Follower::listOf(set, k);
@@ -643,33 +616,31 @@ class SceneContactSets : public ContactSets<S> {
     return all;
   }
 };
-TYPED_TEST_SUITE(SceneContactSets, MeshScalars);
 
 /// Bodies that move, deform, come and go, are ignored and counted again.
-TYPED_TEST(SceneContactSets, AreThoseOfNewQueriesInEveryStep) {
-  using S = TypeParam;
+TEST_F(SceneContactSets, AreThoseOfNewQueriesInEveryStep) {
   auto& random = this->random_;
   for (int history = 0; history < manySteps(15); ++history) {
-    std::vector<std::shared_ptr<DeformableMesh<S>>> meshes;
-    Scene<S> scene;
+    std::vector<std::shared_ptr<DeformableMesh>> meshes;
+    Scene scene;
     std::vector<adaptive_bvh::BodyId> ids;
     const auto addBody = [&] {
       if (meshes.empty() || !random.oneIn(4))
-        meshes.push_back(std::make_shared<DeformableMesh<S>>(gridBall<S>(8, 6)));
+        meshes.push_back(std::make_shared<DeformableMesh>(gridBall(8, 6)));
       adaptive_bvh::BodyOptions options;
       options.self_collision = random.oneIn(3);
-      fcl::Transform3<S> tf = random.pose(0);
-      tf.translation() = random.point() * S(1.5);
+      fcl::Transform3d tf = random.pose(0);
+      tf.translation() = random.point() * 1.5;
       ids.push_back(scene.add(meshes[std::size_t(random.below(int(meshes.size())))], tf, options));
     };
     for (int i = 0; i < 5; ++i) addBody();
-    ContactSetRequest<S> request;
-    request.distance = S(random.uniform(0, S(0.4)));
+    ContactSetRequest request;
+    request.distance = double(random.uniform(0, 0.4));
     if (random.oneIn(2)) request.elements = ContactElements::Features;
-    ContactSet<S> set(scene, request);
+    ContactSet set(scene, request);
     EXPECT_THROW(set.update(), std::logic_error) << "the scene was not updated";
     Follower follower(set);
-    const S speed = random.size(-3, -0.5);
+    const double speed = random.size(-3, -0.5);
     for (int step = 0; step < 25; ++step) {
       const auto anyId = [&] { return ids[std::size_t(random.below(int(ids.size())))]; };
       switch (random.below(8)) {
@@ -692,7 +663,7 @@ TYPED_TEST(SceneContactSets, AreThoseOfNewQueriesInEveryStep) {
         default:
           for (int k = 0; k < 2; ++k) {
             const auto id = anyId();
-            fcl::Transform3<S> tf = scene.transform(id);
+            fcl::Transform3d tf = scene.transform(id);
             tf.translation() += random.point() * speed;
             scene.setTransform(id, tf);
           }

@@ -23,7 +23,7 @@ using Points = std::vector<fcl::Vector3d>;
 class MixedSizes : public testing::Test {
  protected:
   void clear() {
-    scene_ = Scene<double>();
+    scene_ = Scene();
     meshes_.clear();
     triangles_.clear();
     ids_.clear();
@@ -38,7 +38,7 @@ class MixedSizes : public testing::Test {
       for (std::size_t k = 0; k < 3; ++k)
         triangles_.back().back()[k] = quad::of(corners[c + k]) + quad::of(at);
     }
-    meshes_.push_back(std::make_unique<DeformableMesh<double>>(corners, triangles));
+    meshes_.push_back(std::make_unique<DeformableMesh>(corners, triangles));
     fcl::Transform3d tf = fcl::Transform3d::Identity();
     tf.translation() = at;
     ids_.push_back(scene_.add(*meshes_.back(), tf));
@@ -117,14 +117,14 @@ class MixedSizes : public testing::Test {
   }
   /// All questions about distances from a body.
   void expectDistances(std::size_t a, const std::vector<Judged>& judged) {
-    const SceneDistance<double> nearest = std::as_const(scene_).nearest(ids_[a]);
+    const SceneDistance nearest = std::as_const(scene_).nearest(ids_[a]);
     ASSERT_TRUE(nearest.exists());
     expectNear(judged[indexOf(nearest.bodies.second)], nearest.distance);
     for (const Judged& other : judged) EXPECT_LE(nearest.distance, other.distance + other.error());
-    std::vector<SceneDistance<double>> found;
+    std::vector<SceneDistance> found;
     scene_.nearest(ids_[a], ids_.size(), found);
     ASSERT_EQ(ids_.size() - 1, found.size());
-    for (const SceneDistance<double>& pair : found)
+    for (const SceneDistance& pair : found)
       expectNear(judged[indexOf(pair.bodies.second)], pair.distance);
     expectLeastDistance(a, judged);
   }
@@ -158,9 +158,9 @@ class MixedSizes : public testing::Test {
     }
   }
 
-  RandomGeometry<double> random_{67};
-  Scene<double> scene_;
-  std::vector<std::unique_ptr<DeformableMesh<double>>> meshes_;
+  RandomGeometry random_{67};
+  Scene scene_;
+  std::vector<std::unique_ptr<DeformableMesh>> meshes_;
   std::vector<std::vector<quad::Triangle>> triangles_;
   std::vector<BodyId> ids_;
 };

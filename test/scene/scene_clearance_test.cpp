@@ -36,12 +36,12 @@ using Pose = fcl::Transform3d;
 class Bay {
  public:
   explicit Bay(unsigned seed) : random_(seed) {
-    const TriangleMesh<double> hose = tube<double>(8, 30);
-    hose_ = std::make_unique<DeformableMesh<double>>(hose.vertices, hose.triangles);
+    const TriangleMesh hose = tube(8, 30);
+    hose_ = std::make_unique<DeformableMesh>(hose.vertices, hose.triangles);
     scene.add(*hose_);
     from.push_back(Pose::Identity());
-    const TriangleMesh<double> part = dome<double>(8, 4);
-    part_ = std::make_unique<DeformableMesh<double>>(part.vertices, part.triangles);
+    const TriangleMesh part = dome(8, 4);
+    part_ = std::make_unique<DeformableMesh>(part.vertices, part.triangles);
     for (int i = 0; i < 12; ++i) {
       from.push_back(random_.pose(2));
       if (i % 4 == 3)
@@ -63,17 +63,17 @@ class Bay {
     scene.update();
   }
 
-  BodyMotion<double> motionOf(BodyId body, FramePath path) const {
-    if (body == 0) return {Motion<double>(*hose_), path};
+  BodyMotion motionOf(BodyId body, FramePath path) const {
+    if (body == 0) return {Motion(*hose_), path};
     return {scene.geometry(body), from[body], to[body], path};
   }
 
-  Scene<double> scene;
+  Scene scene;
   std::vector<Pose> from, to;
 
  private:
-  RandomGeometry<double> random_;
-  std::unique_ptr<DeformableMesh<double>> hose_, part_;
+  RandomGeometry random_;
+  std::unique_ptr<DeformableMesh> hose_, part_;
   fcl::Boxd box_{0.5, 0.2, 0.3};
   fcl::Sphered ball_{0.3};
   fcl::Halfspaced floor_{P::UnitZ(), -2.5};
@@ -129,9 +129,9 @@ TEST(SceneClearance, FindsAllPairsBelow) {
         ASSERT_LT(next, found.pairs.size());
         EXPECT_EQ(found.pairs[next].first, a);
         EXPECT_EQ(found.pairs[next].second, b);
-        ASSERT_EQ(found.offsets[next + 1] - found.offsets[next], intervals.size());
+        ASSERT_EQ(found.begins[next + 1] - found.begins[next], intervals.size());
         for (std::size_t k = 0; k < intervals.size(); ++k)
-          EXPECT_EQ(found.found[found.offsets[next] + k].begin, intervals[k].begin);
+          EXPECT_EQ(found.found[found.begins[next] + k].begin, intervals[k].begin);
         ++next;
       }
     EXPECT_EQ(next, found.pairs.size());
@@ -144,7 +144,7 @@ TEST(SceneClearance, StartsFromThePairThatWasKept) {
   const double tolerance = 1e-4;
   for (unsigned seed = 0; seed < 6; ++seed) {
     Bay bay(seed);
-    const Scene<double>& fixed = bay.scene;
+    const Scene& fixed = bay.scene;
     for (const BodyId body : {BodyId(0), BodyId(1), BodyId(2), BodyId(4)}) {
       const SceneClearance first = fixed.leastDistance(body, tolerance);
       if (body == 0) bay.scene.nearest(body);  // keeps the pair at the end
@@ -196,7 +196,7 @@ TEST(SceneClearance, RefusesOctreesByWhatPairsOnly) {
   for (const bool moves : {false, true})
     for (const bool is_far : {false, true})
       for (const FramePath path : {FramePath::Straight, FramePath::Screw}) {
-        Scene<double> scene;
+        Scene scene;
         const BodyId a = scene.add(ball, at(0)), b = scene.add(ball, at(3)),
                      cell = scene.add(octree, at(is_far ? 1e6 : 1));
         scene.beginStep();

@@ -33,13 +33,11 @@ using exact::Real;
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
-template <typename S>
 class SceneShapesTest : public testing::Test {
  protected:
-  using P = Vector3<S>;
-  using Transform = fcl::Transform3<S>;
-  static constexpr bool kIsFloat = std::is_same<S, float>::value;
-  static constexpr double kError = kIsFloat ? 1e-5 : 1e-9;
+  using P = fcl::Vector3d;
+  using Transform = fcl::Transform3d;
+  static constexpr double kError = 1e-9;
 
   static Transform at(const P& x) {
     Transform tf = Transform::Identity();
@@ -48,43 +46,43 @@ class SceneShapesTest : public testing::Test {
   }
 
   /// On the lattice half of the time.
-  S size() {
-    return random_.oneIn(2) ? S(random_.uniform(S(0.1), 1)) : S(1 + random_.below(4)) / 4;
+  double size() {
+    return random_.oneIn(2) ? double(random_.uniform(0.1, 1)) : double(1 + random_.below(4)) / 4;
   }
   P sizes() { return {size(), size(), size()}; }
-  Transform pose(S extent) {
+  Transform pose(double extent) {
     Transform tf = random_.pose(extent);
     if (random_.oneIn(2))
-      for (int k = 0; k < 3; ++k) tf.translation()[k] = S(random_.below(13) - 6) / 4;
+      for (int k = 0; k < 3; ++k) tf.translation()[k] = double(random_.below(13) - 6) / 4;
     return tf;
   }
-  JudgedShape<S> shape(int kind) {
+  JudgedShape shape(int kind) {
     using namespace judged_shapes;
     switch (kind) {
-      case 0: return sphere<S>(size());
-      case 1: return capsule<S>(size(), size());
-      case 2: return box<S>(sizes());
-      case 3: return cylinder<S>(size(), size());
-      case 4: return cone<S>(size(), size());
-      case 5: return ellipsoid<S>(sizes());
-      case 6: return octahedron<S>(sizes(), random_.oneIn(2) ? P(P::Zero()) : random_.point());
-      default: return flat<S>(random_.direction(), random_.uniform(), kind == 7);
+      case 0: return sphere(size());
+      case 1: return capsule(size(), size());
+      case 2: return box(sizes());
+      case 3: return cylinder(size(), size());
+      case 4: return cone(size(), size());
+      case 5: return ellipsoid(sizes());
+      case 6: return octahedron(sizes(), random_.oneIn(2) ? P(P::Zero()) : random_.point());
+      default: return flat(random_.direction(), random_.uniform(), kind == 7);
     }
   }
   static constexpr int kKinds = 9;
-  static bool isFlat(const JudgedShape<S>& shape) {
+  static bool isFlat(const JudgedShape& shape) {
     const auto type = shape.geometry->getNodeType();
     return type == fcl::GEOM_PLANE || type == fcl::GEOM_HALFSPACE;
   }
 
   /// Directions along which a plane may lie between two bodies.
-  static std::vector<Point> directions(const JudgedConvex<S>& a, const JudgedConvex<S>& b,
+  static std::vector<Point> directions(const JudgedConvex& a, const JudgedConvex& b,
                                        const Point& between) {
     std::vector<Point> all;
     if (between.norm() > 0) all.push_back(between.normalized());
-    for (const JudgedConvex<S>* body : {&a, &b}) {
-      const auto* plane = dynamic_cast<const fcl::Plane<S>*>(body->shape.geometry.get());
-      const auto* half_space = dynamic_cast<const fcl::Halfspace<S>*>(body->shape.geometry.get());
+    for (const JudgedConvex* body : {&a, &b}) {
+      const auto* plane = dynamic_cast<const fcl::Planed*>(body->shape.geometry.get());
+      const auto* half_space = dynamic_cast<const fcl::Halfspaced*>(body->shape.geometry.get());
       if (!plane && !half_space) continue;
       // Seen from the body, exactly its normal, though R is no rotation to the last digit.
       const Point n = body->place.R.inverse().transpose() *
@@ -95,8 +93,7 @@ class SceneShapesTest : public testing::Test {
     return all;
   }
 
-  void expectApart(const JudgedConvex<S>& a, const JudgedConvex<S>& b,
-                   const SceneDistance<S>& found) {
+  void expectApart(const JudgedConvex& a, const JudgedConvex& b, const SceneDistance& found) {
     const Point p = exact::of(found.points[0]), q = exact::of(found.points[1]);
     const Real d = Real(found.distance);
     EXPECT_LT(a.distance(p), kError);
@@ -110,8 +107,7 @@ class SceneShapesTest : public testing::Test {
     EXPECT_GT(between, d - kError);
   }
 
-  void expectContact(const JudgedConvex<S>& a, const JudgedConvex<S>& b,
-                     const fcl::Contact<S>& contact) {
+  void expectContact(const JudgedConvex& a, const JudgedConvex& b, const fcl::Contactd& contact) {
     const Point x = exact::of(contact.pos), n = exact::of(contact.normal);
     const double rounding = kError * std::max(1., double(x.norm()));
     EXPECT_LT(a.distance(x), rounding);
@@ -136,34 +132,34 @@ class SceneShapesTest : public testing::Test {
     EXPECT_LT(depth, double(least) + depthError(a.shape, b.shape));
   }
   /// How much deeper than the least depth a contact may be.
-  static double depthError(const JudgedShape<S>& a, const JudgedShape<S>& b) {
-    const auto isHard = [](const JudgedShape<S>& shape) {
+  static double depthError(const JudgedShape& a, const JudgedShape& b) {
+    const auto isHard = [](const JudgedShape& shape) {
       const auto type = shape.geometry->getNodeType();
       return type == fcl::GEOM_CYLINDER || type == fcl::GEOM_CONE;
     };
     return isHard(a) && isHard(b) ? kHardDepthError : 2 * kError;
   }
-  static constexpr double kHardDepthError = kIsFloat ? 1e-4 : 1e-6;
+  static constexpr double kHardDepthError = 1e-6;
 
   /// Two bodies alone in a scene.
-  void expectPair(const JudgedConvex<S>& a, const Transform& tf_a, const JudgedConvex<S>& b,
+  void expectPair(const JudgedConvex& a, const Transform& tf_a, const JudgedConvex& b,
                   const Transform& tf_b) {
-    Scene<S> scene;
+    Scene scene;
     const BodyId first = scene.add(a.shape.geometry, tf_a),
                  second = scene.add(b.shape.geometry, tf_b);
     scene.update();
-    const SceneDistance<S> found = scene.distance();
-    SceneCollisions<S> collisions;
-    scene.collisions(SceneCollisionRequest(), collisions);
+    const SceneDistance found = scene.distance();
+    SceneCollisions collisions;
+    scene.collide(SceneCollisionRequest(), collisions);
     ASSERT_TRUE(found.exists());
     ASSERT_EQ((BodyPair{first, second}), found.bodies);
-    const SceneDistance<S> reverse = scene.nearest(second);
+    const SceneDistance reverse = scene.nearest(second);
     EXPECT_EQ((BodyPair{second, first}), reverse.bodies);
     EXPECT_NEAR(double(found.distance), double(reverse.distance), kError);
     EXPECT_EQ(found.distance <= 0, !collisions.pairs.empty());
     EXPECT_TRUE(scene.isNearer(found.distance));
     if (found.distance > 0) {
-      EXPECT_FALSE(scene.isNearer(found.distance * S(0.999)));
+      EXPECT_FALSE(scene.isNearer(found.distance * 0.999));
       expectApart(a, b, found);
       ++apart_;
     } else {
@@ -173,18 +169,16 @@ class SceneShapesTest : public testing::Test {
       expectContact(a, b, collisions.contacts[0]);
       SceneCollisionRequest few;
       few.enable_contact = false;
-      EXPECT_EQ(1u, scene.collisions(few, collisions));
+      EXPECT_EQ(1u, scene.collide(few, collisions));
       ++touching_;
     }
   }
 
-  RandomGeometry<S> random_{5};
+  RandomGeometry random_{5};
   int apart_ = 0, touching_ = 0;
 };
 
-TYPED_TEST_SUITE(SceneShapesTest, MeshScalars);
-
-TYPED_TEST(SceneShapesTest, CertifiesPairsOfAllShapes) {
+TEST_F(SceneShapesTest, CertifiesPairsOfAllShapes) {
   const int pairs = manySteps(1000);
   for (int i = 0; i < pairs && !testing::Test::HasFailure(); ++i) {
     const auto a = this->shape(i % this->kKinds), b = this->shape(i / 9 % this->kKinds);
@@ -196,29 +190,28 @@ TYPED_TEST(SceneShapesTest, CertifiesPairsOfAllShapes) {
   EXPECT_GT(this->touching_, pairs / 8);
 }
 
-TYPED_TEST(SceneShapesTest, HasTheClosedFormsOfRoundPairs) {
-  using S = TypeParam;
+TEST_F(SceneShapesTest, HasTheClosedFormsOfRoundPairs) {
   for (int i = 0; i < manySteps(300) && !testing::Test::HasFailure(); ++i) {
     const bool is_ball = i % 2;
-    const S r1 = this->size(), r2 = this->size(), l1 = is_ball ? S(0) : this->size(),
-            l2 = i % 3 ? this->size() : S(0);
-    const auto geometry = [](S r, S l) -> std::shared_ptr<fcl::CollisionGeometry<S>> {
-      if (l > 0) return std::make_shared<fcl::Capsule<S>>(r, l);
-      return std::make_shared<fcl::Sphere<S>>(r);
+    const double r1 = this->size(), r2 = this->size(), l1 = is_ball ? 0. : this->size(),
+                 l2 = i % 3 ? this->size() : 0.;
+    const auto geometry = [](double r, double l) -> std::shared_ptr<fcl::CollisionGeometryd> {
+      if (l > 0) return std::make_shared<fcl::Capsuled>(r, l);
+      return std::make_shared<fcl::Sphered>(r);
     };
     const auto tf1 = this->pose(1), tf2 = this->pose(1);
     const exact::Placement p1 = exact::placement(tf1), p2 = exact::placement(tf2);
     const Point a(0, 0, Real(l1) / 2), b(0, 0, Real(l2) / 2);
     const double gap =
         double(convex_pairs::distance(p1(a), p1(-a), p2(b), p2(-b)) - Real(r1) - Real(r2));
-    Scene<S> scene;
+    Scene scene;
     scene.add(geometry(r1, l1), tf1);
     scene.add(geometry(r2, l2), tf2);
     scene.update();
-    const double error = this->kIsFloat ? 2e-6 : 1e-13;
+    const double error = 1e-13;
     EXPECT_NEAR(std::max(gap, 0.), double(scene.distance().distance), error);
-    SceneCollisions<S> found;
-    if (scene.collisions(SceneCollisionRequest(), found) && gap > -double(r1 + r2) + 1e-3) {
+    SceneCollisions found;
+    if (scene.collide(SceneCollisionRequest(), found) && gap > -double(r1 + r2) + 1e-3) {
       EXPECT_NEAR(-gap, double(found.contacts[0].penetration_depth), error);
     }
     if (std::fabs(gap) > error) {
@@ -227,32 +220,31 @@ TYPED_TEST(SceneShapesTest, HasTheClosedFormsOfRoundPairs) {
   }
 }
 
-TYPED_TEST(SceneShapesTest, HasTheDistancesAndDepthsOfBoxes) {
-  using S = TypeParam;
+TEST_F(SceneShapesTest, HasTheDistancesAndDepthsOfBoxes) {
   int inside = 0;
   for (int i = 0; i < manySteps(100) && !testing::Test::HasFailure(); ++i) {
     SCOPED_TRACE(i);
     const auto side1 = this->sizes(), side2 = this->sizes();
-    const auto tf1 = this->pose(S(0.5)), tf2 = this->pose(S(0.5));
+    const auto tf1 = this->pose(0.5), tf2 = this->pose(0.5);
     const exact::Placement p1 = exact::placement(tf1), p2 = exact::placement(tf2);
     const Point half1 = exact::of(side1) / 2, half2 = exact::of(side2) / 2;
-    Scene<S> scene;
-    scene.add(std::make_shared<fcl::Box<S>>(side1), tf1);
-    scene.add(std::make_shared<fcl::Box<S>>(side2), tf2);
+    Scene scene;
+    scene.add(std::make_shared<fcl::Boxd>(side1), tf1);
+    scene.add(std::make_shared<fcl::Boxd>(side2), tf2);
     scene.update();
-    const double error = this->kIsFloat ? 2e-6 : 1e-12;
+    const double error = 1e-12;
     const double depth = double(convex_pairs::boxDepth(half1, p1, half2, p2));
-    SceneCollisions<S> found;
-    scene.collisions(SceneCollisionRequest(), found);
+    SceneCollisions found;
+    scene.collide(SceneCollisionRequest(), found);
     if (depth < 0) {
       const double gap = double(convex_pairs::distance(convex_pairs::boxFaces(half1, p1),
                                                        convex_pairs::boxFaces(half2, p2)));
       EXPECT_NEAR(gap, double(scene.distance().distance), error);
       EXPECT_TRUE(found.pairs.empty() || gap < error);
     } else if (depth > error) {
-      EXPECT_EQ(S(0), scene.distance().distance);
+      EXPECT_EQ(0., scene.distance().distance);
       ASSERT_EQ(1u, found.contacts.size());
-      EXPECT_NEAR(depth, double(found.contacts[0].penetration_depth), this->kIsFloat ? 2e-6 : 1e-9);
+      EXPECT_NEAR(depth, double(found.contacts[0].penetration_depth), 1e-9);
       ++inside;
     }
   }
@@ -260,42 +252,42 @@ TYPED_TEST(SceneShapesTest, HasTheDistancesAndDepthsOfBoxes) {
 }
 
 /// Of the public report: a robot of shapes among shapes counted as free.
-TYPED_TEST(SceneShapesTest, BoxAndBallTouch) {
-  using S = TypeParam;
-  Scene<S> scene;
-  const DeformableMesh<S> mesh(latticeBox<S>(1));
-  const BodyId box = scene.add(std::make_shared<fcl::Box<S>>(S(1), S(1), S(1))),
-               ball = scene.add(std::make_shared<fcl::Sphere<S>>(S(1)),
-                                this->at(Vector3<S>(S(0.5), 0, 0)));
-  scene.add(mesh, this->at(Vector3<S>(10, 0, 0)));
+TEST_F(SceneShapesTest, BoxAndBallTouch) {
+  Scene scene;
+  const DeformableMesh mesh(latticeBox(1));
+  const BodyId box = scene.add(std::make_shared<fcl::Boxd>(1., 1., 1.)),
+               ball = scene.add(std::make_shared<fcl::Sphered>(1.),
+                                this->at(fcl::Vector3d(0.5, 0, 0)));
+  scene.add(mesh, this->at(fcl::Vector3d(10, 0, 0)));
   scene.update();
-  SceneCollisions<S> found;
-  EXPECT_EQ(1u, scene.collisions(SceneCollisionRequest(), found));
+  SceneCollisions found;
+  EXPECT_EQ(1u, scene.collide(SceneCollisionRequest(), found));
   EXPECT_EQ((std::vector<BodyPair>{{box, ball}}), found.pairs);
-  EXPECT_EQ(S(1), found.contacts[0].penetration_depth);
+  EXPECT_EQ(1., found.contacts[0].penetration_depth);
   EXPECT_TRUE(scene.isNearer(0));
   EXPECT_EQ((BodyPair{box, ball}), scene.nearest(box).bodies);
-  EXPECT_EQ(S(0), scene.distance().distance);
+  EXPECT_EQ(0., scene.distance().distance);
   scene.ignore(box, ball);
   EXPECT_FALSE(scene.isNearer(0));
-  EXPECT_EQ(S(8.5), scene.distance().distance);
+  EXPECT_EQ(8.5, scene.distance().distance);
 }
 
-TYPED_TEST(SceneShapesTest, FlatShapesAreApartOnlyWhereParallel) {
-  using S = TypeParam;
-  using P = Vector3<S>;
-  const auto half_space = [](const P& n, S d) { return std::make_shared<fcl::Halfspace<S>>(n, d); };
-  const auto plane = [](const P& n, S d) { return std::make_shared<fcl::Plane<S>>(n, d); };
-  const auto distanceOf = [](std::shared_ptr<fcl::CollisionGeometry<S>> a,
-                             std::shared_ptr<fcl::CollisionGeometry<S>> b) {
-    const fcl::Transform3<S> turned(
-        Eigen::AngleAxis<S>(S(0.7), P(1, 2, 3).normalized()).toRotationMatrix());
-    Scene<S> scene;
+TEST_F(SceneShapesTest, FlatShapesAreApartOnlyWhereParallel) {
+  using P = fcl::Vector3d;
+  const auto half_space = [](const P& n, double d) {
+    return std::make_shared<fcl::Halfspaced>(n, d);
+  };
+  const auto plane = [](const P& n, double d) { return std::make_shared<fcl::Planed>(n, d); };
+  const auto distanceOf = [](std::shared_ptr<fcl::CollisionGeometryd> a,
+                             std::shared_ptr<fcl::CollisionGeometryd> b) {
+    const fcl::Transform3d turned(
+        Eigen::AngleAxis<double>(0.7, P(1, 2, 3).normalized()).toRotationMatrix());
+    Scene scene;
     scene.add(a, turned);
     scene.add(b, turned);
     scene.update();
-    SceneCollisions<S> found;
-    scene.collisions(SceneCollisionRequest(), found);
+    SceneCollisions found;
+    scene.collide(SceneCollisionRequest(), found);
     const double d = double(scene.distance().distance);
     EXPECT_EQ(d > 0, found.pairs.empty());
     return d > 0 ? d : -double(found.contacts[0].penetration_depth);
@@ -313,35 +305,34 @@ TYPED_TEST(SceneShapesTest, FlatShapesAreApartOnlyWhereParallel) {
 }
 
 /// Rays against one shape: the point is on the surface, and nothing is crossed before.
-TYPED_TEST(SceneShapesTest, RaysHitSurfacesFirst) {
-  using S = TypeParam;
-  using P = Vector3<S>;
+TEST_F(SceneShapesTest, RaysHitSurfacesFirst) {
+  using P = fcl::Vector3d;
   int hits = 0;
   const int rays = manySteps(1000);
   for (int i = 0; i < rays && !testing::Test::HasFailure(); ++i) {
     const auto shape = this->shape(i % this->kKinds);
     SCOPED_TRACE(std::to_string(i) + ": " + shape.name);
     const auto tf = this->pose(1);
-    const JudgedConvex<S> body(shape, tf);
-    Scene<S> scene;
+    const JudgedConvex body(shape, tf);
+    Scene scene;
     const BodyId id = scene.add(shape.geometry, tf);
     scene.update();
-    const P origin = S(2) * this->random_.point(),
+    const P origin = 2. * this->random_.point(),
             direction = this->random_.oneIn(2)
-                            ? P(tf.translation() + S(0.3) * this->random_.point() - origin)
-                            : this->random_.vectorOfSize(S(1));
+                            ? P(tf.translation() + 0.3 * this->random_.point() - origin)
+                            : this->random_.vectorOfSize(1.);
     if (direction.isZero(0)) continue;
-    const RayRange<S> range = this->random_.oneIn(2) ? RayRange<S>() : RayRange<S>{S(0.25), S(1.5)};
-    std::vector<SceneRayHit<S>> found;
+    const RayRange range = this->random_.oneIn(2) ? RayRange() : RayRange{0.25, 1.5};
+    std::vector<SceneRayHit> found;
     scene.firstHits(&origin, &direction, 1, range, found);
     const auto at = [&](Real t) { return Point(exact::of(origin) + t * exact::of(direction)); };
-    const Real length = exact::of(direction).norm(), error = this->kIsFloat ? 1e-4 : 1e-8;
+    const Real length = exact::of(direction).norm(), error = 1e-8;
     const Real begin = range.begin,
-               end = found[0].exists() ? Real(found[0].hit.t) : std::min(Real(range.end), Real(6));
+               end = found[0].exists() ? Real(found[0].t) : std::min(Real(range.end), Real(6));
     if (found[0].exists()) {
       ++hits;
       EXPECT_EQ(id, found[0].body);
-      EXPECT_EQ(-1, found[0].hit.triangle);
+      EXPECT_EQ(-1, found[0].element);
       EXPECT_LT(body.distance(at(end)), error);
     }
     // All between is on one side.
@@ -362,23 +353,22 @@ TYPED_TEST(SceneShapesTest, RaysHitSurfacesFirst) {
 
 /// Of a point outside, the distance is that of the formula; inside, the point found is on the
 /// surface, and a ball up to it is inside.
-TYPED_TEST(SceneShapesTest, NearestPointsAreOnSurfaces) {
-  using S = TypeParam;
-  using P = Vector3<S>;
+TEST_F(SceneShapesTest, NearestPointsAreOnSurfaces) {
+  using P = fcl::Vector3d;
   int inside = 0;
   for (int i = 0; i < manySteps(500) && !testing::Test::HasFailure(); ++i) {
     const auto shape = this->shape(i % this->kKinds);
     SCOPED_TRACE(std::to_string(i) + ": " + shape.name);
     const auto tf = this->pose(1);
-    const JudgedConvex<S> body(shape, tf);
-    Scene<S> scene;
+    const JudgedConvex body(shape, tf);
+    Scene scene;
     scene.add(shape.geometry, tf);
     scene.update();
-    const P x = this->random_.oneIn(2) ? P(S(2) * this->random_.point())
-                                       : P(tf.translation() + S(0.2) * this->random_.point());
-    const ScenePoint<S> found = scene.nearestPoint(x);
+    const P x = this->random_.oneIn(2) ? P(2. * this->random_.point())
+                                       : P(tf.translation() + 0.2 * this->random_.point());
+    const ScenePoint found = scene.nearestPoint(x);
     ASSERT_TRUE(found.exists());
-    EXPECT_EQ(-1, found.triangle);
+    EXPECT_EQ(-1, found.element);
     const Real d = body.distance(exact::of(x));
     EXPECT_LT(body.distance(exact::of(found.point)), this->kError);
     EXPECT_NEAR(double(found.distance), double((found.point - x).norm()), 2 * this->kError);
@@ -392,7 +382,7 @@ TYPED_TEST(SceneShapesTest, NearestPointsAreOnSurfaces) {
           exact::of(x) + Real(found.distance) * exact::of(this->random_.direction());
       EXPECT_LT(body.distance(on_ball), this->kError);
     }
-    if (found.distance > S(1e-4)) {
+    if (found.distance > 1e-4) {
       const Point beyond = exact::of(x) + Real(1.01) * (exact::of(found.point) - exact::of(x));
       EXPECT_GT(body.distance(beyond), 0);
     }
@@ -401,13 +391,12 @@ TYPED_TEST(SceneShapesTest, NearestPointsAreOnSurfaces) {
 }
 
 /// An octree is what its cells are as boxes: they are judged as those of a second scene.
-TYPED_TEST(SceneShapesTest, OctreesAreBoxes) {
-  using S = TypeParam;
-  using P = Vector3<S>;
+TEST_F(SceneShapesTest, OctreesAreBoxes) {
+  using P = fcl::Vector3d;
   int touching = 0;
   for (int i = 0; i < manySteps(40) && !testing::Test::HasFailure(); ++i) {
     SCOPED_TRACE(i);
-    Scene<S> scene, of_boxes;
+    Scene scene, of_boxes;
     const bool are_two = i % 4 == 0;
     std::size_t numbers[2] = {0, 0};
     const auto addOctree = [&](std::size_t side) {
@@ -417,15 +406,14 @@ TYPED_TEST(SceneShapesTest, OctreesAreBoxes) {
         tree->updateNode(octomap::point3d(float(x[0]), float(x[1]), float(x[2])), true);
       }
       const auto tf = this->pose(1);
-      scene.add(std::make_shared<fcl::OcTree<S>>(tree), tf);
+      scene.add(std::make_shared<fcl::OcTreed>(tree), tf);
       for (auto leaf = tree->begin_leafs(); leaf != tree->end_leafs(); ++leaf, ++numbers[side]) {
-        const P middle(S(leaf.getX()), S(leaf.getY()), S(leaf.getZ()));
+        const P middle(double(leaf.getX()), double(leaf.getY()), double(leaf.getZ()));
         adaptive_bvh::BodyOptions options;
         options.group = side == 0 ? 1 : 2;
         options.mask = side == 0 ? 2 : 1;
-        const S edge = S(leaf.getSize());
-        of_boxes.add(std::make_shared<fcl::Box<S>>(edge, edge, edge), tf * this->at(middle),
-                     options);
+        const double edge = double(leaf.getSize());
+        of_boxes.add(std::make_shared<fcl::Boxd>(edge, edge, edge), tf * this->at(middle), options);
       }
     };
     addOctree(0);
@@ -444,34 +432,32 @@ TYPED_TEST(SceneShapesTest, OctreesAreBoxes) {
     of_boxes.update();
     EXPECT_NEAR(double(of_boxes.distance().distance), double(scene.distance().distance),
                 this->kError);
-    SceneCollisions<S> found, expected;
-    scene.collisions(SceneCollisionRequest(), found);
-    of_boxes.collisions(SceneCollisionRequest(), expected);
+    SceneCollisions found, expected;
+    scene.collide(SceneCollisionRequest(), found);
+    of_boxes.collide(SceneCollisionRequest(), expected);
     if (double(of_boxes.distance().distance) == 0) {
       ASSERT_EQ(1u, found.pairs.size());
       EXPECT_EQ(scene.isNearer(0), true);
     }
     if (i % 2) {  // turned cells are rounded in float
-      EXPECT_NEAR(double(expected.contacts.size()), double(found.contacts.size()),
-                  this->kIsFloat ? 4 : 0);
+      EXPECT_NEAR(double(expected.contacts.size()), double(found.contacts.size()), 0);
     }
     touching += !found.pairs.empty();
-    const P x = S(2) * this->random_.point(), direction = this->random_.direction();
+    const P x = 2. * this->random_.point(), direction = this->random_.direction();
     EXPECT_NEAR(double(of_boxes.nearestPoint(x).distance), double(scene.nearestPoint(x).distance),
                 this->kError);
-    std::vector<SceneRayHit<S>> one, other;
+    std::vector<SceneRayHit> one, other;
     scene.firstHits(&x, &direction, 1, one);
     of_boxes.firstHits(&x, &direction, 1, other);
-    EXPECT_NEAR(std::min(1e9, double(other[0].hit.t)), std::min(1e9, double(one[0].hit.t)),
+    EXPECT_NEAR(std::min(1e9, double(other[0].t)), std::min(1e9, double(one[0].t)),
                 10 * this->kError);
   }
   EXPECT_GT(touching, 5);
 }
 
 /// A step is never late, and not early by more than a little: by times in between.
-TYPED_TEST(SceneShapesTest, StepsAreNeverLate) {
-  using S = TypeParam;
-  using P = Vector3<S>;
+TEST_F(SceneShapesTest, StepsAreNeverLate) {
+  using P = fcl::Vector3d;
   int impacts = 0;
   const int steps = manySteps(200);
   for (int i = 0; i < steps && !testing::Test::HasFailure(); ++i) {
@@ -480,23 +466,23 @@ TYPED_TEST(SceneShapesTest, StepsAreNeverLate) {
     const double separation = i % 3 ? 0 : 0.05;
     // A triangle that moves and turns, and a shape that moves; or a ball and a shape that moves.
     const bool is_ball = i % 2;
-    const auto pose = [&] { return this->at(S(2) * this->random_.point()); };
-    fcl::Transform3<S> shape_from = this->pose(1), shape_to = shape_from;
-    shape_to.translation() += S(0.5) * this->random_.point();
-    const fcl::Transform3<S> from = pose(), to = pose();
+    const auto pose = [&] { return this->at(2. * this->random_.point()); };
+    fcl::Transform3d shape_from = this->pose(1), shape_to = shape_from;
+    shape_to.translation() += 0.5 * this->random_.point();
+    const fcl::Transform3d from = pose(), to = pose();
     std::vector<P> start, end;
     for (int k = 0; k < 3; ++k) {
-      start.push_back(S(0.5) * this->random_.point());
-      end.push_back(S(0.5) * this->random_.point());
+      start.push_back(0.5 * this->random_.point());
+      end.push_back(0.5 * this->random_.point());
     }
-    DeformableMesh<S> mesh(start, {fcl::Triangle(0, 1, 2)});
+    DeformableMesh mesh(start, {fcl::Triangle(0, 1, 2)});
     mesh.updateTwoFrames(end);
-    const S radius = this->size();
-    const fcl::Sphere<S> ball(radius);
-    Scene<S> scene;
-    const BodyId moving =
-        is_ball ? scene.add(static_cast<const fcl::CollisionGeometry<S>&>(ball), from)
-                : scene.add(static_cast<const fcl::CollisionGeometry<S>&>(mesh), from);
+    const double radius = this->size();
+    const fcl::Sphered ball(radius);
+    Scene scene;
+    const BodyId moving = is_ball
+                              ? scene.add(static_cast<const fcl::CollisionGeometryd&>(ball), from)
+                              : scene.add(static_cast<const fcl::CollisionGeometryd&>(mesh), from);
     const BodyId other = scene.add(shape.geometry, shape_from);
     scene.beginStep();
     scene.setTransform(moving, to);
@@ -518,10 +504,10 @@ TYPED_TEST(SceneShapesTest, StepsAreNeverLate) {
         triangle[k] = place.inverse(origin + mixed(start[k], end[k]));
       return shape.distanceTo(triangle);
     };
-    const double error = this->kIsFloat ? 1e-5 : 1e-9;
+    const double error = 1e-9;
     for (int k = 0; k < 20 && step > 0; ++k)
       ASSERT_GT(distanceAt(Real(step) * k / 20), separation - error) << k << " " << step;
-    if (impact.happens()) {
+    if (impact.exists()) {
       ++impacts;
       EXPECT_EQ((BodyPair{moving, other}), impact.bodies);
       EXPECT_LT(distanceAt(step), separation + 1e-6);
@@ -532,21 +518,20 @@ TYPED_TEST(SceneShapesTest, StepsAreNeverLate) {
 }
 
 /// A box that turns as a shape and as a mesh meets a cloth at the same time.
-TYPED_TEST(SceneShapesTest, TurningBoxesMeetAsTheirMeshesDo) {
-  using S = TypeParam;
-  using P = Vector3<S>;
+TEST_F(SceneShapesTest, TurningBoxesMeetAsTheirMeshesDo) {
+  using P = fcl::Vector3d;
   int impacts = 0;
-  const TriangleMesh<S> unit = latticeBox<S>(1);
-  TriangleMesh<S> around = unit;
-  for (P& x : around.vertices) x -= P::Constant(S(0.5));
-  const DeformableMesh<S> box_mesh(around), cloth(unit);
-  const fcl::Box<S> box(1, 1, 1);
+  const TriangleMesh unit = latticeBox(1);
+  TriangleMesh around = unit;
+  for (P& x : around.vertices) x -= P::Constant(0.5);
+  const DeformableMesh box_mesh(around), cloth(unit);
+  const fcl::Boxd box(1, 1, 1);
   for (int i = 0; i < manySteps(60); ++i) {
     SCOPED_TRACE(i);
-    const fcl::Transform3<S> from = this->random_.pose(4), to = this->random_.pose(4);
-    Scene<S> of_shape, of_mesh;
+    const fcl::Transform3d from = this->random_.pose(4), to = this->random_.pose(4);
+    Scene of_shape, of_mesh;
     const BodyId a = of_shape.add(box, from), b = of_mesh.add(box_mesh, from);
-    for (Scene<S>* scene : {&of_shape, &of_mesh}) {
+    for (Scene* scene : {&of_shape, &of_mesh}) {
       scene->add(cloth);
       scene->beginStep();
     }
@@ -556,37 +541,36 @@ TYPED_TEST(SceneShapesTest, TurningBoxesMeetAsTheirMeshesDo) {
     of_mesh.update();
     if (of_shape.largestSafeStep() == 0) continue;  // the start may be inside
     const double expected = of_mesh.largestSafeStep();
-    EXPECT_NEAR(expected, of_shape.largestSafeStep(), this->kIsFloat ? 1e-5 : 1e-7);
+    EXPECT_NEAR(expected, of_shape.largestSafeStep(), 1e-7);
     impacts += expected < 1;
   }
   EXPECT_GT(impacts, 3);
 }
 
 /// A table as a half-space that tilts, against what its plane does at times in between.
-TYPED_TEST(SceneShapesTest, TurningHalfSpacesAreNeverLate) {
-  using S = TypeParam;
-  using P = Vector3<S>;
+TEST_F(SceneShapesTest, TurningHalfSpacesAreNeverLate) {
+  using P = fcl::Vector3d;
   int impacts = 0;
   for (int i = 0; i < manySteps(100) && !testing::Test::HasFailure(); ++i) {
     SCOPED_TRACE(i);
-    const fcl::Halfspace<S> table(P::UnitZ(), 0);
-    const fcl::Transform3<S> from = this->pose(1);
-    fcl::Transform3<S> to = from;
+    const fcl::Halfspaced table(P::UnitZ(), 0);
+    const fcl::Transform3d from = this->pose(1);
+    fcl::Transform3d to = from;
     to.linear() = from.linear() *
-                  Eigen::AngleAxis<S>(S(0.5) * this->random_.uniform(), this->random_.direction())
+                  Eigen::AngleAxis<double>(0.5 * this->random_.uniform(), this->random_.direction())
                       .toRotationMatrix();
-    const S radius = this->size();
-    const fcl::Sphere<S> ball(radius);
-    const fcl::Transform3<S> ball_from = this->at(from * P(2, 1, S(1.2))),
-                             ball_to = this->at(from * P(S(2) * this->random_.point()));
-    Scene<S> scene;
+    const double radius = this->size();
+    const fcl::Sphered ball(radius);
+    const fcl::Transform3d ball_from = this->at(from * P(2, 1, 1.2)),
+                           ball_to = this->at(from * P(2. * this->random_.point()));
+    Scene scene;
     const BodyId a = scene.add(table, from), b = scene.add(ball, ball_from);
     scene.beginStep();
     scene.setTransform(a, to);
     scene.setTransform(b, ball_to);
     scene.update();
     const auto heightAt = [&](Real t) {
-      const auto plane = [&](const fcl::Transform3<S>& tf) {
+      const auto plane = [&](const fcl::Transform3d& tf) {
         const Point n = exact::of(tf.linear()).col(2);
         return std::make_pair(n, n.dot(exact::of(tf.translation())));
       };
@@ -596,7 +580,7 @@ TYPED_TEST(SceneShapesTest, TurningHalfSpacesAreNeverLate) {
                       t * exact::of(ball_to.translation());
       return n.dot(x) - ((1 - t) * begin.second + t * end.second) - Real(radius) * n.norm();
     };
-    const double step = scene.largestSafeStep(), error = this->kIsFloat ? 1e-5 : 1e-9;
+    const double step = scene.largestSafeStep(), error = 1e-9;
     for (int k = 0; k < 20 && step > 0; ++k) ASSERT_GT(heightAt(Real(step) * k / 20), -error);
     if (step < 1) {
       ++impacts;
@@ -607,42 +591,40 @@ TYPED_TEST(SceneShapesTest, TurningHalfSpacesAreNeverLate) {
 }
 
 /// A sheet that falls through a box, of the public report.
-TYPED_TEST(SceneShapesTest, SheetsStopAtBoxes) {
-  using S = TypeParam;
-  std::vector<Vector3<S>> corners = {{-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}};
-  DeformableMesh<S> sheet(corners, {fcl::Triangle(0, 1, 2), fcl::Triangle(0, 2, 3)});
-  for (Vector3<S>& x : corners) x[2] = -1;
+TEST_F(SceneShapesTest, SheetsStopAtBoxes) {
+  std::vector<fcl::Vector3d> corners = {{-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}};
+  DeformableMesh sheet(corners, {fcl::Triangle(0, 1, 2), fcl::Triangle(0, 2, 3)});
+  for (fcl::Vector3d& x : corners) x[2] = -1;
   sheet.updateTwoFrames(corners);
-  Scene<S> scene;
+  Scene scene;
   scene.add(sheet);
-  const BodyId box = scene.add(std::make_shared<fcl::Box<S>>(S(1), S(1), S(1)));
+  const BodyId box = scene.add(std::make_shared<fcl::Boxd>(1., 1., 1.));
   scene.update();
   EXPECT_NEAR(0.25, scene.largestSafeStep(), 1e-9);
   EXPECT_LE(scene.largestSafeStep(), 0.25);
-  scene.add(std::make_shared<fcl::Halfspace<S>>(Vector3<S>::UnitZ(), S(0.75)));
+  scene.add(std::make_shared<fcl::Halfspaced>(fcl::Vector3d::UnitZ(), 0.75));
   scene.remove(box);
   scene.update();
   EXPECT_NEAR(0.125, scene.largestSafeStep(), 1e-9);
 }
 
 /// Scenes of shapes that change in place answer as scenes that are new.
-TYPED_TEST(SceneShapesTest, ShapesChangeInPlace) {
-  using S = TypeParam;
-  const DeformableMesh<S> cube(latticeBox<S>(2));
-  auto ball = std::make_shared<fcl::Sphere<S>>(S(0.5));
-  auto box = std::make_shared<fcl::Box<S>>(S(1), S(1), S(1));
-  auto plane = std::make_shared<fcl::Plane<S>>(Vector3<S>::UnitX(), S(20));
-  Scene<S> scene;
+TEST_F(SceneShapesTest, ShapesChangeInPlace) {
+  const DeformableMesh cube(latticeBox(2));
+  auto ball = std::make_shared<fcl::Sphered>(0.5);
+  auto box = std::make_shared<fcl::Boxd>(1., 1., 1.);
+  auto plane = std::make_shared<fcl::Planed>(fcl::Vector3d::UnitX(), 20.);
+  Scene scene;
   scene.add(cube);
-  scene.add(ball, this->at(Vector3<S>(4, 1, 1)));
-  scene.add(box, this->at(Vector3<S>(8, 1, 1)));
+  scene.add(ball, this->at(fcl::Vector3d(4, 1, 1)));
+  scene.add(box, this->at(fcl::Vector3d(8, 1, 1)));
   scene.add(plane);
-  const auto counts = [](Scene<S>& s) {
-    SceneCollisions<S> found;
-    SceneVertexContacts<S> contacts;
-    std::vector<SceneDistance<S>> nearest;
+  const auto counts = [](Scene& s) {
+    SceneCollisions found;
+    SceneVertexContacts contacts;
+    std::vector<SceneDistance> nearest;
     s.nearest(0, 3, nearest);
-    std::vector<double> numbers = {double(s.collisions(SceneCollisionRequest(), found)),
+    std::vector<double> numbers = {double(s.collide(SceneCollisionRequest(), found)),
                                    double(s.vertexContacts(0, contacts)), double(s.isNearer(0)),
                                    double(s.distance().distance), s.largestSafeStep()};
     for (const auto& n : nearest) numbers.push_back(double(n.distance));
@@ -650,14 +632,14 @@ TYPED_TEST(SceneShapesTest, ShapesChangeInPlace) {
   };
   scene.update();
   EXPECT_FALSE(scene.isNearer(0));
-  const std::array<S, 6> radii = {S(2.5), S(3), S(0.25), S(4), S(0.5), S(2)};
+  const std::array<double, 6> radii = {2.5, 3., 0.25, 4., 0.5, 2.};
   for (std::size_t i = 0; i < radii.size(); ++i) {
     SCOPED_TRACE(i);
     ball->radius = radii[i];
-    box->side = Vector3<S>(S(1) + S(i % 3), 1, S(2));
-    plane->d = S(20) - S(2 * i);
+    box->side = fcl::Vector3d(1. + double(i % 3), 1, 2.);
+    plane->d = 20. - double(2 * i);
     scene.update();
-    Scene<S> fresh;
+    Scene fresh;
     for (const BodyId id : scene.bodies()) fresh.add(scene.geometry(id), scene.transform(id));
     fresh.update();
     EXPECT_EQ(counts(fresh), counts(scene));

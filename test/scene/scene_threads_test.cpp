@@ -15,8 +15,8 @@ namespace scene_threads_test {
 
 using adaptive_bvh::BodyId;
 using adaptive_bvh::BodyPair;
-using adaptive_bvh::DeformableMeshd;
-using adaptive_bvh::Scened;
+using adaptive_bvh::DeformableMesh;
+using adaptive_bvh::Scene;
 
 /// What a reader asks.
 struct Answers {
@@ -30,24 +30,24 @@ struct Answers {
            vertices == o.vertices && nearest == o.nearest && seen == o.seen;
   }
 };
-Answers ask(const Scened& scene, BodyId body) {
+Answers ask(const Scene& scene, BodyId body) {
   Answers answers;
-  adaptive_bvh::SceneCollisions<double> collisions;
-  scene.collisions({}, collisions);
+  adaptive_bvh::SceneCollisions collisions;
+  scene.collide({}, collisions);
   answers.touching = collisions.pairs;
   answers.contacts = collisions.contacts.size();
-  adaptive_bvh::ProximityRequest<double> request;
+  adaptive_bvh::ProximityRequest request;
   request.distance = 0.2;
-  adaptive_bvh::SceneTrianglePairs<double> pairs;
+  adaptive_bvh::SceneTrianglePairs pairs;
   answers.near_pairs = scene.pairsWithin(request, pairs);
-  adaptive_bvh::SceneVertexContacts<double> contacts;
+  adaptive_bvh::SceneVertexContacts contacts;
   answers.vertices = scene.vertexContacts(0.1, contacts);
-  std::vector<adaptive_bvh::SceneDistance<double>> nearest;
+  std::vector<adaptive_bvh::SceneDistance> nearest;
   scene.nearest(body, 4, nearest);
   nearest.push_back(scene.nearest(body));
   nearest.push_back(scene.distance());
   for (const auto& found : nearest) answers.nearest.push_back(found.distance);
-  answers.seen = scene.nearestPoint(Vector3<double>(0.1, 0.2, 3)).triangle;
+  answers.seen = scene.nearestPoint(fcl::Vector3d(0.1, 0.2, 3)).element;
   return answers;
 }
 
@@ -56,7 +56,7 @@ class MovingScene {
  public:
   explicit MovingScene(int threads) {
     for (int i = 0; i < 4; ++i) {
-      meshes_.push_back(std::make_unique<DeformableMeshd>(gridBall<double>(6, 4)));
+      meshes_.push_back(std::make_unique<DeformableMesh>(gridBall(6, 4)));
       ids_.push_back(scene_.add(*meshes_.back()));
     }
     ids_.push_back(scene_.add(*meshes_.back()));
@@ -67,23 +67,23 @@ class MovingScene {
   void show(int step) {
     for (std::size_t i = 0; i < ids_.size(); ++i) {
       if (i < meshes_.size()) {
-        std::vector<Vector3<double>> points = gridBall<double>(6, 4).vertices;
-        for (Vector3<double>& x : points) x *= 1 + 0.2 * std::sin(step + double(i));
+        std::vector<fcl::Vector3d> points = gridBall(6, 4).vertices;
+        for (fcl::Vector3d& x : points) x *= 1 + 0.2 * std::sin(step + double(i));
         meshes_[i]->update(points);
       }
       fcl::Transform3d tf = fcl::Transform3d::Identity();
-      tf.translation() = Vector3<double>(2.1 * double(i) - 4, 0.3 * std::cos(step), 0);
+      tf.translation() = fcl::Vector3d(2.1 * double(i) - 4, 0.3 * std::cos(step), 0);
       scene_.setTransform(ids_[i], tf);
     }
     scene_.update();
   }
-  const Scened& scene() const { return scene_; }
+  const Scene& scene() const { return scene_; }
   BodyId first() const { return ids_[0]; }
 
  private:
-  std::vector<std::unique_ptr<DeformableMeshd>> meshes_;
+  std::vector<std::unique_ptr<DeformableMesh>> meshes_;
   std::vector<BodyId> ids_;
-  Scened scene_;
+  Scene scene_;
 };
 
 TEST(SceneThreads, QuerySnapshotsWhileTheSceneChanges) {
@@ -98,12 +98,12 @@ TEST(SceneThreads, QuerySnapshotsWhileTheSceneChanges) {
     EXPECT_FALSE(expected[0] == expected[1]);
 
     struct Published {
-      std::shared_ptr<const Scened> scene;
+      std::shared_ptr<const Scene> scene;
       int step;
     };
     std::mutex mutex;
     moving.show(0);
-    Published newest{std::make_shared<const Scened>(moving.scene().snapshot()), 0};
+    Published newest{std::make_shared<const Scene>(moving.scene().snapshot()), 0};
     std::vector<std::thread> readers;
     std::vector<int> wrong(kReaders, 0);
     for (std::size_t r = 0; r < kReaders; ++r)
@@ -118,7 +118,7 @@ TEST(SceneThreads, QuerySnapshotsWhileTheSceneChanges) {
       });
     for (int step = 1; step < kSteps; ++step) {
       moving.show(step);
-      Published next{std::make_shared<const Scened>(moving.scene().snapshot()), step};
+      Published next{std::make_shared<const Scene>(moving.scene().snapshot()), step};
       const std::lock_guard<std::mutex> lock(mutex);
       std::swap(newest, next);
     }
@@ -130,7 +130,7 @@ TEST(SceneThreads, QuerySnapshotsWhileTheSceneChanges) {
 TEST(SceneThreads, ASnapshotStaysAsItWas) {
   MovingScene moving(1);
   const Answers before = ask(moving.scene(), moving.first());
-  Scened snapshot = moving.scene().snapshot();
+  Scene snapshot = moving.scene().snapshot();
   moving.show(3);
   EXPECT_FALSE(before == ask(moving.scene(), moving.first()));
   EXPECT_TRUE(before == ask(snapshot, moving.first()));
@@ -141,7 +141,7 @@ TEST(SceneThreads, ASnapshotStaysAsItWas) {
   snapshot.remove(bodies[0]);  // it is a scene of its own
   snapshot.update();
   EXPECT_EQ(bodies.size(), moving.scene().size());
-  Scened changed;
+  Scene changed;
   changed.add(std::make_shared<fcl::Sphered>(1));
   EXPECT_THROW(changed.snapshot(), std::logic_error);
 }

@@ -13,7 +13,7 @@ namespace round_penetration_test {
 
 using adaptive_bvh::Penetration;
 using Point = fcl::Vector3d;
-using Triangle = adaptive_bvh::TrianglePoints<double>;
+using Triangle = adaptive_bvh::TrianglePoints;
 
 /// A shape inside a box of half the sides `box`, by its formulas.
 class Shape : public adaptive_bvh::ConvexSet {
@@ -116,7 +116,7 @@ class RoundDepth : public testing::Test {
     return way;
   }
 
-  RandomGeometry<double> random_{93};
+  RandomGeometry random_{93};
 };
 
 using Shapes = testing::Types<Cylinder, Cone, Ellipsoid>;

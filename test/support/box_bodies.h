@@ -25,16 +25,14 @@ class BoxBody {
     int sign;  ///< 1 of a solid, -1 of a cavity
   };
 
-  template <typename S>
-  static BoxBody random(RandomGeometry<S>& random) {
+  static BoxBody random(RandomGeometry& random) {
     BoxBody body;
     const int solids = 1 + random.below(4);
     for (int i = 0; i < solids; ++i) body.addWithin({0, 0, 0}, {kSide, kSide, kSide}, 1, random);
     return body;
   }
   /// A box in a cavity in a box and so on, `depth` of them, in a lattice of this side.
-  template <typename S>
-  static BoxBody nest(int depth, int side, RandomGeometry<S>& random) {
+  static BoxBody nest(int depth, int side, RandomGeometry& random) {
     BoxBody body;
     Box box{{0, 0, 0}, {side, side, side}, 1};
     for (int left = depth; left > 0; --left, box.sign = -box.sign) {
@@ -69,9 +67,8 @@ class BoxBody {
   }
 
   /// Twelve triangles a box. `turns`: those of the whole body inside out.
-  template <typename S>
-  TriangleMesh<S> surface(S size, bool turns = false) const {
-    TriangleMesh<S> mesh;
+  TriangleMesh surface(double size, bool turns = false) const {
+    TriangleMesh mesh;
     for (const Box& box : boxes_) addBox(box, size, (box.sign < 0) != turns, mesh);
     return mesh;
   }
@@ -83,8 +80,7 @@ class BoxBody {
     return false;
   }
   /// A box in the closed range, with boxes of the other sign in it.
-  template <typename S>
-  void addWithin(const Corner& low, const Corner& high, int sign, RandomGeometry<S>& random) {
+  void addWithin(const Corner& low, const Corner& high, int sign, RandomGeometry& random) {
     Box box{low, high, sign};
     for (std::size_t k = 0; k < 3; ++k) {
       if (high[k] <= low[k]) return;
@@ -105,12 +101,11 @@ class BoxBody {
       if (a.low[k] <= b.low[k] || a.high[k] >= b.high[k]) return false;
     return true;
   }
-  template <typename S>
-  static void addBox(const Box& box, S size, bool turns, TriangleMesh<S>& mesh) {
+  static void addBox(const Box& box, double size, bool turns, TriangleMesh& mesh) {
     const std::size_t first = mesh.vertices.size();
     for (std::size_t i = 0; i < 8; ++i) {
       const auto x = [&](std::size_t k) {
-        return size * S((i >> k & 1) != 0 ? box.high[k] : box.low[k]);
+        return size * double((i >> k & 1) != 0 ? box.high[k] : box.low[k]);
       };
       mesh.vertices.emplace_back(x(0), x(1), x(2));
     }

@@ -18,8 +18,7 @@ struct Judged {
   Eigen::Vector3d middle;
   double radius;
 
-  template <typename S>
-  Judged(const std::array<const Vector3<S>*, 3>& corners, const Eigen::Matrix3d& R,
+  Judged(const std::array<const fcl::Vector3d*, 3>& corners, const Eigen::Matrix3d& R,
          const Eigen::Vector3d& T) {
     for (std::size_t k = 0; k < 3; ++k) {
       x[k] = R * corners[k]->template cast<double>() + T;
@@ -68,9 +67,7 @@ struct Judged {
 
 using brute_force::Judged;
 
-template <typename S>
-std::vector<Judged> BruteForce<S>::judged(const BodyView<S>& body,
-                                          const fcl::Transform3<double>& tf) {
+std::vector<Judged> BruteForce::judged(const BodyView& body, const fcl::Transform3d& tf) {
   std::vector<Judged> triangles;
   for (int t = 0; t < body.num_tris; ++t)
     triangles.emplace_back(corners(body, t), tf.linear(), tf.translation());
@@ -78,8 +75,7 @@ std::vector<Judged> BruteForce<S>::judged(const BodyView<S>& body,
 }
 
 /// Pairs whose balls are farther apart than the nearest pair so far are left out.
-template <typename S>
-S BruteForce<S>::distance() const {
+double BruteForce::distance() const {
   const std::vector<Judged> first = judged(first_, fcl::Transform3d::Identity()),
                             second = judged(second_, relative_);
   double enough = std::numeric_limits<double>::max();
@@ -92,37 +88,35 @@ S BruteForce<S>::distance() const {
       least = std::min(least, exact::distance(p.triangle, q.triangle));
       enough = std::min(enough, static_cast<double>(least));
     }
-  return least < exact::Real(std::numeric_limits<S>::max()) ? static_cast<S>(least)
-                                                            : std::numeric_limits<S>::max();
+  return least < exact::Real(std::numeric_limits<double>::max())
+             ? static_cast<double>(least)
+             : std::numeric_limits<double>::max();
 }
 
-template <typename S>
-std::string BruteForce<S>::findError(const fcl::DistanceResult<S>& result,
-                                     const fcl::Transform3<S>& tf1, S tolerance) const {
+std::string BruteForce::findError(const fcl::DistanceResultd& result, const fcl::Transform3d& tf1,
+                                  double tolerance) const {
   if (result.o1 != first_.geometry || result.o2 != second_.geometry) return "names other objects";
   const Eigen::Matrix3d still = Eigen::Matrix3d::Identity();
   const Judged p(corners(first_, int(result.b1)), still, Eigen::Vector3d::Zero()),
-      q(corners(second_, int(result.b2)), relative_.linear().template cast<double>(),
-        relative_.translation().template cast<double>());
-  const auto d = static_cast<S>(exact::distance(p.triangle, q.triangle));
+      q(corners(second_, int(result.b2)), relative_.linear(), relative_.translation());
+  const auto d = static_cast<double>(exact::distance(p.triangle, q.triangle));
   if (!(std::abs(d - result.min_distance) <= tolerance))
     return "names triangles at another distance";
   if (d <= 0) return "";
   const auto& points = result.nearest_points;
   if (!(std::abs((points[0] - points[1]).norm() - d) <= tolerance))
     return "its points are at another distance";
-  const fcl::Transform3<S> to_first = tf1.inverse(Eigen::Isometry);
-  const auto offTriangle = [&](const Vector3<S>& point, const Judged& t) {
-    const Vector3<S> x = to_first * point;
-    return static_cast<S>(exact::distance(t.triangle, exact::of(x)));
+  const fcl::Transform3d to_first = tf1.inverse(Eigen::Isometry);
+  const auto offTriangle = [&](const fcl::Vector3d& point, const Judged& t) {
+    const fcl::Vector3d x = to_first * point;
+    return static_cast<double>(exact::distance(t.triangle, exact::of(x)));
   };
   if (!(offTriangle(points[0], p) <= tolerance)) return "its first point lies off";
   if (!(offTriangle(points[1], q) <= tolerance)) return "its second point lies off";
   return "";
 }
 
-template <typename S>
-std::set<std::pair<int, int>> BruteForce<S>::contacts() const {
+std::set<std::pair<int, int>> BruteForce::contacts() const {
   const std::vector<Judged> first = judged(first_, fcl::Transform3d::Identity()),
                             second = judged(second_, relative_);
   std::set<std::pair<int, int>> found;
@@ -133,13 +127,9 @@ std::set<std::pair<int, int>> BruteForce<S>::contacts() const {
   return found;
 }
 
-template <typename S>
-typename BruteForce<S>::Corners BruteForce<S>::corners(const BodyView<S>& body, int t) {
+typename BruteForce::Corners BruteForce::corners(const BodyView& body, int t) {
   const fcl::Triangle& triangle = body.tri_indices[t];
   return {&body.vertices[triangle[0]], &body.vertices[triangle[1]], &body.vertices[triangle[2]]};
 }
-
-template class BruteForce<float>;
-template class BruteForce<double>;
 
 }  // namespace adaptive_bvh_test

@@ -13,15 +13,14 @@ namespace adaptive_bvh_test {
 // Closed surfaces that face outward, and how often a surface winds around a point.
 
 /// The surface of [0, n]^3 with n x n squares a side, on whole numbers.
-template <typename S>
-TriangleMesh<S> latticeBox(int n) {
-  TriangleMesh<S> mesh;
+inline TriangleMesh latticeBox(int n) {
+  TriangleMesh mesh;
   std::vector<int> number(std::size_t((n + 1) * (n + 1) * (n + 1)), -1);
   const auto vertex = [&](const int(&x)[3]) {
     int& known = number[std::size_t((x[0] * (n + 1) + x[1]) * (n + 1) + x[2])];
     if (known < 0) {
       known = int(mesh.vertices.size());
-      mesh.vertices.emplace_back(S(x[0]), S(x[1]), S(x[2]));
+      mesh.vertices.emplace_back(double(x[0]), double(x[1]), double(x[2]));
     }
     return std::size_t(known);
   };
@@ -44,16 +43,16 @@ TriangleMesh<S> latticeBox(int n) {
 }
 
 /// A ball of radius 1 around the origin, from a grid around its axis.
-template <typename S>
-TriangleMesh<S> gridBall(int around, int rings) {
-  TriangleMesh<S> mesh;
+inline TriangleMesh gridBall(int around, int rings) {
+  TriangleMesh mesh;
   mesh.vertices = {{0, 0, 1}, {0, 0, -1}};
   const auto at = [&](int ring, int i) { return std::size_t(2 + ring * around + i % around); };
   for (int r = 0; r < rings; ++r)
     for (int i = 0; i < around; ++i) {
       const double polar = M_PI * (r + 1) / (rings + 1), angle = 2 * M_PI * i / around;
-      mesh.vertices.emplace_back(S(std::sin(polar) * std::cos(angle)),
-                                 S(std::sin(polar) * std::sin(angle)), S(std::cos(polar)));
+      mesh.vertices.emplace_back(double(std::sin(polar) * std::cos(angle)),
+                                 double(std::sin(polar) * std::sin(angle)),
+                                 double(std::cos(polar)));
     }
   for (int i = 0; i < around; ++i) {
     mesh.triangles.emplace_back(0, at(0, i), at(0, i + 1));
@@ -67,40 +66,38 @@ TriangleMesh<S> gridBall(int around, int rings) {
 }
 
 /// Adds another surface, moved, and turned inside out on request.
-template <typename S>
-void addSurface(const TriangleMesh<S>& other, const Vector3<S>& by, bool turns,
-                TriangleMesh<S>& mesh) {
+inline void addSurface(const TriangleMesh& other, const fcl::Vector3d& by, bool turns,
+                       TriangleMesh& mesh) {
   const std::size_t first = mesh.vertices.size();
-  for (const Vector3<S>& p : other.vertices) mesh.vertices.push_back(p + by);
+  for (const fcl::Vector3d& p : other.vertices) mesh.vertices.push_back(p + by);
   for (const fcl::Triangle& t : other.triangles)
     mesh.triangles.emplace_back(first + t[0], first + t[turns ? 2 : 1], first + t[turns ? 1 : 2]);
 }
 
 /// A closed body of any kind, of about size 1: balls, boxes on lattices, needles, sheets, two
 /// bodies, one with a cavity, and one that crosses itself.
-template <typename S>
-TriangleMesh<S> closedBody(RandomGeometry<S>& random) {
+inline TriangleMesh closedBody(RandomGeometry& random) {
   const int side = 2 + random.below(4);
-  TriangleMesh<S> mesh = gridBall<S>(3 + 2 * side, 1 + 2 * side);
+  TriangleMesh mesh = gridBall(3 + 2 * side, 1 + 2 * side);
   switch (random.below(8)) {
     case 0: break;
-    case 1: mesh = latticeBox<S>(side); break;
+    case 1: mesh = latticeBox(side); break;
     case 2:
     case 3: {
-      const Vector3<S> shape(1, random.size(-5, 0), random.size(-5, 0));
-      for (Vector3<S>& p : mesh.vertices) p = p.cwiseProduct(shape);
+      const fcl::Vector3d shape(1, random.size(-5, 0), random.size(-5, 0));
+      for (fcl::Vector3d& p : mesh.vertices) p = p.cwiseProduct(shape);
       break;
     }
-    case 4: addSurface(latticeBox<S>(2), Vector3<S>(2, 0, 0), false, mesh); break;
+    case 4: addSurface(latticeBox(2), fcl::Vector3d(2, 0, 0), false, mesh); break;
     case 5: {
-      TriangleMesh<S> cavity = gridBall<S>(5, 4);
-      for (Vector3<S>& p : cavity.vertices) p *= S(0.5);
-      addSurface(cavity, Vector3<S>(0, 0, S(0.1)), true, mesh);
+      TriangleMesh cavity = gridBall(5, 4);
+      for (fcl::Vector3d& p : cavity.vertices) p *= 0.5;
+      addSurface(cavity, fcl::Vector3d(0, 0, 0.1), true, mesh);
       break;
     }
-    case 6: addSurface(gridBall<S>(5, 4), Vector3<S>(S(0.5), 0, 0), false, mesh); break;
+    case 6: addSurface(gridBall(5, 4), fcl::Vector3d(0.5, 0, 0), false, mesh); break;
     default:
-      for (Vector3<S>& p : mesh.vertices) p += S(0.5) * random.point();
+      for (fcl::Vector3d& p : mesh.vertices) p += 0.5 * random.point();
   }
   return mesh;
 }

@@ -16,7 +16,7 @@ using FinePoint = Eigen::Matrix<Fine, 3, 1>;
 /// Whether the volume holds p. Any point of the rectangle bounds the distance from above, so this
 /// never says yes wrongly but by the rounding of long double.
 template <typename S>
-bool holds(const fcl::RSS<S>& bv, const Vector3<S>& p) {
+bool holds(const fcl::RSS<S>& bv, const fcl::Vector3<S>& p) {
   const FinePoint a0 = bv.axis.col(0).template cast<Fine>();
   const FinePoint a1 = bv.axis.col(1).template cast<Fine>();
   const FinePoint d = p.template cast<Fine>() - bv.To.template cast<Fine>();
@@ -31,7 +31,7 @@ bool holds(const fcl::RSS<S>& bv, const Vector3<S>& p) {
 
 /// Also the box, both as its extents along its axes and as the sums of its axes.
 template <typename S>
-bool holds(const fcl::OBBRSS<S>& bv, const Vector3<S>& p) {
+bool holds(const fcl::OBBRSS<S>& bv, const fcl::Vector3<S>& p) {
   const Eigen::Matrix<Fine, 3, 3> axes = bv.obb.axis.template cast<Fine>();
   const FinePoint d = p.template cast<Fine>() - bv.obb.To.template cast<Fine>();
   const FinePoint extent = bv.obb.extent.template cast<Fine>();

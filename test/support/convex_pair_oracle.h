@@ -9,15 +9,14 @@
 namespace adaptive_bvh_test {
 
 /// A shape in its place, as the judge of pairs of shapes knows it, in long double.
-template <typename S>
 struct JudgedConvex {
   using Real = exact::Real;
   using Point = exact::Point;
 
-  JudgedShape<S> shape;
+  JudgedShape shape;
   exact::Placement place;
 
-  JudgedConvex(const JudgedShape<S>& judged, const fcl::Transform3<S>& tf)
+  JudgedConvex(const JudgedShape& judged, const fcl::Transform3d& tf)
       : shape(judged), place(exact::placement(tf)) {}
 
   /// Of a point of the world; 0 inside.
@@ -33,14 +32,12 @@ using exact::Real;
 
 /// How far the second must move along n, of length 1, to get past the first; negative where they
 /// are apart along n.
-template <typename S>
-Real way(const JudgedConvex<S>& first, const JudgedConvex<S>& second, const Point& n) {
+inline Real way(const JudgedConvex& first, const JudgedConvex& second, const Point& n) {
   return first.reach(n) + second.reach(-n);
 }
 
 /// The largest gap of two bodies along directions near one, by a compass search in long double.
-template <typename S>
-Real widestGap(const JudgedConvex<S>& first, const JudgedConvex<S>& second, Point n) {
+inline Real widestGap(const JudgedConvex& first, const JudgedConvex& second, Point n) {
   constexpr int kDirections = 12;
   Real best = -way(first, second, n);
   for (Real step = 1e-3L; step > 1e-15L; step *= 0.7L) {

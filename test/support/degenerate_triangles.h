@@ -18,7 +18,7 @@ class DegenerateTriangles {
   };
 
   explicit DegenerateTriangles(unsigned seed) : random_(seed) {}
-  RandomGeometry<double>& random() { return random_; }
+  RandomGeometry& random() { return random_; }
 
   Pair pair() {
     switch (random_.below(5)) {
@@ -88,7 +88,7 @@ class DegenerateTriangles {
   double decimal() { return (random_.below(41) - 20) / 10.; }
   Point decimals() { return Point(decimal(), decimal(), decimal()); }
 
-  RandomGeometry<double> random_;
+  RandomGeometry random_;
 };
 
 }  // namespace adaptive_bvh_test

@@ -31,11 +31,10 @@ class JudgedBody {
 };
 
 /// By all triangles and solid angles.
-template <typename S>
 class JudgedMesh : public JudgedBody {
  public:
   template <typename Model>
-  JudgedMesh(const Model& mesh, const fcl::Transform3<S>& tf) {
+  JudgedMesh(const Model& mesh, const fcl::Transform3d& tf) {
     const exact::Placement at = exact::placement(tf);
     for (const fcl::Triangle& t : mesh.triangles())
       triangles_.push_back({at(exact::of(mesh.vertices()[t[0]])),
@@ -71,12 +70,11 @@ class JudgedMesh : public JudgedBody {
 
 /// A convex solid by its formula, in its own frame: `inside` is its depth, negative outside, and
 /// `nearest` takes a point near its surface to one on it.
-template <typename S>
 class JudgedSolid : public JudgedBody {
  public:
   using Map = std::function<Point(Real, Real)>;
 
-  JudgedSolid(const fcl::Transform3<S>& tf, std::function<Real(const Point&)> inside)
+  JudgedSolid(const fcl::Transform3d& tf, std::function<Real(const Point&)> inside)
       : at_(exact::placement(tf)), inside_(std::move(inside)) {}
   /// A part of the surface: the image of the unit square.
   void add(Map map) { maps_.push_back(std::move(map)); }

@@ -24,12 +24,11 @@ class Text {
     return *this;
   }
   /// Of many points a sum of their bits.
-  template <typename S>
-  Text& operator<<(const std::vector<Vector3<S>>& points) {
+  Text& operator<<(const std::vector<fcl::Vector3d>& points) {
     *this << points.size();
     std::size_t sum = 0;
     for (const auto& p : points)
-      for (int k = 0; k < 3; ++k) sum = sum * 31 + std::hash<S>()(p[k]);
+      for (int k = 0; k < 3; ++k) sum = sum * 31 + std::hash<double>()(p[k]);
     return *this << sum;
   }
   std::string text() const { return out_.str(); }

@@ -16,7 +16,7 @@ class FallingCloth {
   using Points = std::vector<P>;
 
   /// A square of side 1 at a height, with its middle over the origin.
-  FallingCloth(int cells, double height) : mesh_(plate<double>(cells, cells)) {
+  FallingCloth(int cells, double height) : mesh_(plate(cells, cells)) {
     for (P& x : mesh_.vertices) x += P(-0.5, -0.5, height + 0.01 * std::sin(7 * x[0]));
     now_ = mesh_.vertices;
     velocity_.assign(now_.size(), P::Zero());
@@ -27,7 +27,7 @@ class FallingCloth {
       }
   }
 
-  const TriangleMesh<double>& mesh() const { return mesh_; }
+  const TriangleMesh& mesh() const { return mesh_; }
   const Points& positions() const { return now_; }
 
   /// Ten iterations, the first of which proposes free fall; accept(proposed, positions) moves the
@@ -67,7 +67,7 @@ class FallingCloth {
     return sum;
   }
 
-  TriangleMesh<double> mesh_;
+  TriangleMesh mesh_;
   Points now_, velocity_, inertial_;
   std::vector<Spring> springs_;
 };

@@ -130,7 +130,7 @@ class IntegerTriangles {
       p = {p.x + there.x - here.x, p.y + there.y - here.y, p.z + there.z - here.z};
   }
 
-  RandomGeometry<double> random_;
+  RandomGeometry random_;
 };
 
 }  // namespace adaptive_bvh_test

@@ -26,16 +26,15 @@ inline quad::Real distance(const quad::Point& a, const quad::Point& b, const qua
 /// All pairs of features of meshes with small whole numbers as coordinates that are at most `limit`
 /// apart, a whole number, and `beyond`. Whatever is not within `limit`, is farther by more than
 /// 1e-12. `is_self`: of one mesh, without features that have a vertex in common.
-inline FeatureSet featurePairs(const TriangleMesh<double>& first,
-                               const TriangleMesh<double>& second, int limit, bool is_self = false,
-                               double beyond = 1e-12) {
+inline FeatureSet featurePairs(const TriangleMesh& first, const TriangleMesh& second, int limit,
+                               bool is_self = false, double beyond = 1e-12) {
   using adaptive_bvh::FeatureKind;
   FeatureSet pairs;
   const quad::Real most = quad::Real(limit) + quad::Real(beyond);
-  const auto of = [](const TriangleMesh<double>& mesh, std::size_t v) {
+  const auto of = [](const TriangleMesh& mesh, std::size_t v) {
     return quad::of(mesh.vertices[v]);
   };
-  const auto addVertices = [&](const TriangleMesh<double>& mesh, const TriangleMesh<double>& other,
+  const auto addVertices = [&](const TriangleMesh& mesh, const TriangleMesh& other,
                                FeatureKind kind) {
     for (const fcl::Triangle& face : other.triangles)
       for (const fcl::Triangle& t : mesh.triangles)
@@ -65,15 +64,14 @@ inline FeatureSet featurePairs(const TriangleMesh<double>& first,
 }
 
 /// What a query found, likewise.
-inline FeatureSet featurePairs(const adaptive_bvh::FeaturePairs& found,
-                               const TriangleMesh<double>& first,
-                               const TriangleMesh<double>& second, bool is_self = false) {
+inline FeatureSet featurePairs(const adaptive_bvh::FeaturePairs& found, const TriangleMesh& first,
+                               const TriangleMesh& second, bool is_self = false) {
   using adaptive_bvh::FeatureKind;
   FeatureSet pairs;
-  const auto face = [](const TriangleMesh<double>& mesh, unsigned t) -> std::set<std::size_t> {
+  const auto face = [](const TriangleMesh& mesh, unsigned t) -> std::set<std::size_t> {
     return {mesh.triangles[t][0], mesh.triangles[t][1], mesh.triangles[t][2]};
   };
-  const auto edge = [](const TriangleMesh<double>& mesh, unsigned e) -> std::set<std::size_t> {
+  const auto edge = [](const TriangleMesh& mesh, unsigned e) -> std::set<std::size_t> {
     const auto ends = adaptive_bvh::edgeVertices(mesh.triangles.data(), e);
     return {ends[0], ends[1]};
   };

@@ -45,7 +45,7 @@ inline std::string loadWithinLimits(const std::string& path, std::size_t bytes) 
   const HeapPeak peak;
   const double before = threadSeconds();
   try {
-    const auto mesh = adaptive_bvh::loadMesh<double>(path);
+    const auto mesh = adaptive_bvh::loadMesh(path);
     EXPECT_FALSE(mesh.triangles.empty());
     for (const auto& p : mesh.vertices) EXPECT_TRUE(p.allFinite());
     for (const fcl::Triangle& t : mesh.triangles)

@@ -43,8 +43,7 @@ inline Real root(Real x) {
 }
 inline Real size(const Point& a) { return std::max({absolute(a.x), absolute(a.y), absolute(a.z)}); }
 
-template <typename S>
-Point of(const Eigen::Matrix<S, 3, 1>& p) {
+inline Point of(const Eigen::Matrix<double, 3, 1>& p) {
   return {Real(p[0]), Real(p[1]), Real(p[2])};
 }
 

@@ -52,8 +52,8 @@ class FramePair {
  public:
   FramePair(const fcl::Transform3d& from, const fcl::Transform3d& to, bool is_screw)
       : from_(matrixOf(from)), to_(matrixOf(to)), screw_(is_screw) {
-    from_t_ = of<double>(from.translation());
-    to_t_ = of<double>(to.translation());
+    from_t_ = of(from.translation());
+    to_t_ = of(to.translation());
     if (screw_) setScrew();
   }
 
@@ -133,9 +133,7 @@ struct MovingTriangles {
   std::vector<fcl::Triangle> triangles;
   FramePair frame;
 
-  Point vertex(std::size_t v, Real t) const {
-    return frame(t, of<double>(start[v]), of<double>(end[v]));
-  }
+  Point vertex(std::size_t v, Real t) const { return frame(t, of(start[v]), of(end[v])); }
   Triangle triangle(std::size_t i, Real t) const {
     return {vertex(triangles[i][0], t), vertex(triangles[i][1], t), vertex(triangles[i][2], t)};
   }

@@ -13,11 +13,11 @@ namespace adaptive_bvh_test {
 
 /// Random bodies of all sizes and shapes, for tests of bounds.
 template <typename S>
-class RandomGeometry {
+class RandomGeometryOf {
  public:
-  using P = Vector3<S>;
+  using P = fcl::Vector3<S>;
 
-  explicit RandomGeometry(unsigned seed) : random_(testSeed(seed)) {}
+  explicit RandomGeometryOf(unsigned seed) : random_(testSeed(seed)) {}
 
   std::mt19937& engine() { return random_; }
   S uniform(S low = -1, S high = 1) {
@@ -64,7 +64,7 @@ class RandomGeometry {
       case 1: return Eigen::AngleAxis<S>(size(-9, -3), direction()).toRotationMatrix();
       case 2:
         return Eigen::AngleAxis<S>(S(M_PI / 2) * S(below(4)), P::Unit(below(3))).toRotationMatrix();
-      default: return randomPose<S>(random_, 0).linear();
+      default: return randomPose(random_, 0).linear().template cast<S>();
     }
   }
   fcl::Transform3<S> pose(S reach) {
@@ -89,5 +89,7 @@ class RandomGeometry {
  private:
   std::mt19937 random_;
 };
+
+using RandomGeometry = RandomGeometryOf<double>;
 
 }  // namespace adaptive_bvh_test

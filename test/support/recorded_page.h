@@ -16,14 +16,13 @@
 namespace adaptive_bvh_test {
 
 /// A waving sheet of 2 n^2 triangles at time t, far from the origin.
-template <typename S>
-adaptive_bvh::TriangleMesh<S> wavingSheet(int n, double t, double far = 100) {
-  adaptive_bvh::TriangleMesh<S> mesh;
+inline adaptive_bvh::TriangleMesh wavingSheet(int n, double t, double far = 100) {
+  adaptive_bvh::TriangleMesh mesh;
   for (int j = 0; j <= n; ++j)
     for (int i = 0; i <= n; ++i) {
       const double x = double(i) / n, y = double(j) / n;
       mesh.vertices.push_back(
-          fcl::Vector3d(far + x, y + 0.2 * t * x * x, 0.3 * std::sin(4 * x + t)).cast<S>());
+          fcl::Vector3d(far + x, y + 0.2 * t * x * x, 0.3 * std::sin(4 * x + t)).cast<double>());
     }
   const auto row = static_cast<std::size_t>(n) + 1;
   for (std::size_t j = 0; j + 1 < row; ++j)

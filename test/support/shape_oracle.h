@@ -26,13 +26,12 @@ namespace adaptive_bvh_test {
 ///
 /// The distance of a point to a convex set is a convex function of the point. So the distance of a
 /// triangle is found by shrinking intervals, along a side and from there parallel to another one.
-template <typename S>
 struct JudgedShape {
   using Real = exact::Real;
   using Point = exact::Point;
 
   const char* name;
-  std::shared_ptr<fcl::CollisionGeometry<S>> geometry;
+  std::shared_ptr<fcl::CollisionGeometryd> geometry;
   std::function<Real(const Point&)> distance;  ///< in the shape's frame; 0 inside
   std::function<Real(const Point&)> reach;     ///< the largest n x of the shape; may be infinite
 
@@ -107,64 +106,62 @@ inline Real toEllipsoid(const Point& x, const Point& a) {
   return off.norm();
 }
 
-template <typename S>
-JudgedShape<S> sphere(S radius) {
+inline JudgedShape sphere(double radius) {
   const Real r = radius;
-  return {"sphere", std::make_shared<fcl::Sphere<S>>(radius),
+  return {"sphere", std::make_shared<fcl::Sphered>(radius),
           [=](const Point& x) { return std::max(Real(0), x.norm() - r); },
           [=](const Point& n) { return r * n.norm(); }};
 }
-template <typename S>
-JudgedShape<S> capsule(S radius, S length) {
+
+inline JudgedShape capsule(double radius, double length) {
   const Real r = radius, half = Real(length) / 2;
-  return {"capsule", std::make_shared<fcl::Capsule<S>>(radius, length),
+  return {"capsule", std::make_shared<fcl::Capsuled>(radius, length),
           [=](const Point& x) {
             const Real z = std::max(Real(0), std::fabs(x[2]) - half);
             return std::max(Real(0), Point(x[0], x[1], z).norm() - r);
           },
           [=](const Point& n) { return half * std::fabs(n[2]) + r * n.norm(); }};
 }
-template <typename S>
-JudgedShape<S> box(const fcl::Vector3<S>& side) {
+
+inline JudgedShape box(const fcl::Vector3d& side) {
   const Point half = exact::of(side) / 2;
   return {
-      "box", std::make_shared<fcl::Box<S>>(side),
+      "box", std::make_shared<fcl::Boxd>(side),
       [=](const Point& x) { return Point((x.cwiseAbs() - half).cwiseMax(Point::Zero())).norm(); },
       [=](const Point& n) { return n.cwiseAbs().dot(half); }};
 }
-template <typename S>
-JudgedShape<S> cylinder(S radius, S length) {
+
+inline JudgedShape cylinder(double radius, double length) {
   const Real r = radius, h = Real(length) / 2;
-  return {"cylinder", std::make_shared<fcl::Cylinder<S>>(radius, length),
+  return {"cylinder", std::make_shared<fcl::Cylinderd>(radius, length),
           [=](const Point& x) {
             return toProfile(std::hypot(x[0], x[1]), x[2], {{0, -h}, {r, -h}, {r, h}, {0, h}});
           },
           [=](const Point& n) { return h * std::fabs(n[2]) + r * std::hypot(n[0], n[1]); }};
 }
-template <typename S>
-JudgedShape<S> cone(S radius, S length) {
+
+inline JudgedShape cone(double radius, double length) {
   const Real r = radius, h = Real(length) / 2;
   return {
-      "cone", std::make_shared<fcl::Cone<S>>(radius, length),
+      "cone", std::make_shared<fcl::Coned>(radius, length),
       [=](const Point& x) {
         return toProfile(std::hypot(x[0], x[1]), x[2], {{0, -h}, {r, -h}, {0, h}});
       },
       [=](const Point& n) { return std::max(h * n[2], -h * n[2] + r * std::hypot(n[0], n[1])); }};
 }
-template <typename S>
-JudgedShape<S> ellipsoid(const fcl::Vector3<S>& radii) {
+
+inline JudgedShape ellipsoid(const fcl::Vector3d& radii) {
   const Point a = exact::of(radii);
-  return {"ellipsoid", std::make_shared<fcl::Ellipsoid<S>>(radii),
+  return {"ellipsoid", std::make_shared<fcl::Ellipsoidd>(radii),
           [=](const Point& x) { return toEllipsoid(x, a); },
           [=](const Point& n) { return n.cwiseProduct(a).norm(); }};
 }
 /// The hull of the six points on the axes, moved.
-template <typename S>
-JudgedShape<S> octahedron(const fcl::Vector3<S>& half, const fcl::Vector3<S>& shift) {
-  auto vertices = std::make_shared<std::vector<fcl::Vector3<S>>>();
+inline JudgedShape octahedron(const fcl::Vector3d& half, const fcl::Vector3d& shift) {
+  auto vertices = std::make_shared<std::vector<fcl::Vector3d>>();
   for (int k = 0; k < 3; ++k)
-    for (const S side : {S(1), S(-1)})
-      vertices->push_back(shift + side * half[k] * fcl::Vector3<S>::Unit(k));
+    for (const double side : {1., -1.})
+      vertices->push_back(shift + side * half[k] * fcl::Vector3d::Unit(k));
   auto faces = std::make_shared<std::vector<int>>();
   std::vector<exact::Triangle> judged;
   for (int i = 0; i < 8; ++i) {
@@ -175,7 +172,7 @@ JudgedShape<S> octahedron(const fcl::Vector3<S>& half, const fcl::Vector3<S>& sh
                       exact::of((*vertices)[std::size_t(corners[1])]),
                       exact::of((*vertices)[std::size_t(corners[2])])});
   }
-  return {"octahedron", std::make_shared<fcl::Convex<S>>(vertices, 8, faces),
+  return {"octahedron", std::make_shared<fcl::Convexd>(vertices, 8, faces),
           [=](const Point& x) {
             bool is_inside = true;
             Real best = std::numeric_limits<Real>::infinity();
@@ -187,20 +184,20 @@ JudgedShape<S> octahedron(const fcl::Vector3<S>& half, const fcl::Vector3<S>& sh
           },
           [=](const Point& n) {
             Real most = -std::numeric_limits<Real>::infinity();
-            for (const fcl::Vector3<S>& v : *vertices) most = std::max(most, n.dot(exact::of(v)));
+            for (const fcl::Vector3d& v : *vertices) most = std::max(most, n.dot(exact::of(v)));
             return most;
           }};
 }
-template <typename S>
-JudgedShape<S> flat(const fcl::Vector3<S>& normal, S offset, bool is_solid) {
-  std::shared_ptr<fcl::CollisionGeometry<S>> geometry;
+
+inline JudgedShape flat(const fcl::Vector3d& normal, double offset, bool is_solid) {
+  std::shared_ptr<fcl::CollisionGeometryd> geometry;
   if (is_solid)
-    geometry = std::make_shared<fcl::Halfspace<S>>(normal, offset);
+    geometry = std::make_shared<fcl::Halfspaced>(normal, offset);
   else
-    geometry = std::make_shared<fcl::Plane<S>>(normal, offset);
+    geometry = std::make_shared<fcl::Planed>(normal, offset);
   // As FCL stores it.
-  const auto* half_space = dynamic_cast<const fcl::Halfspace<S>*>(geometry.get());
-  const auto* plane = dynamic_cast<const fcl::Plane<S>*>(geometry.get());
+  const auto* half_space = dynamic_cast<const fcl::Halfspaced*>(geometry.get());
+  const auto* plane = dynamic_cast<const fcl::Planed*>(geometry.get());
   const Point n = exact::of(is_solid ? half_space->n : plane->n);
   const Real length = n.norm(), d = Real(is_solid ? half_space->d : plane->d) / length;
   return {is_solid ? "half-space" : "plane", geometry,

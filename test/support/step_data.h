@@ -11,7 +11,7 @@
 namespace adaptive_bvh_test {
 
 /// A binary PLY file of doubles and triangles, as these are; empty if there is none.
-inline TriangleMesh<double> loadStepFile(const std::string& path) {
+inline TriangleMesh loadStepFile(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::string line, word;
   std::size_t vertices = 0, faces = 0;
@@ -22,7 +22,7 @@ inline TriangleMesh<double> loadStepFile(const std::string& path) {
     words >> word;
     words >> (word == "vertex" ? vertices : faces);
   }
-  TriangleMesh<double> mesh;
+  TriangleMesh mesh;
   mesh.vertices.resize(vertices);
   file.read(reinterpret_cast<char*>(mesh.vertices.data()),
             std::streamsize(vertices * sizeof(fcl::Vector3d)));
@@ -42,7 +42,7 @@ inline std::string dataFolder() {
   const char* named = std::getenv("ADAPTIVE_BVH_TEST_DATA");
   return named ? named : ADAPTIVE_BVH_TEST_DATA;
 }
-inline TriangleMesh<double> loadStep(const std::string& name) {
+inline TriangleMesh loadStep(const std::string& name) {
   return loadStepFile(dataFolder() + "/" + name + ".ply");
 }
 #endif

@@ -11,32 +11,30 @@
 namespace adaptive_bvh_test {
 
 /// Fixture of tests whose surfaces go straight ways, on which no features may come together.
-template <typename S>
 class SweptSurfaceTest : public testing::Test {
  protected:
   using P = Eigen::Vector3d;
-  using Points = std::vector<Vector3<S>>;
+  using Points = std::vector<fcl::Vector3d>;
 
   explicit SweptSurfaceTest(unsigned seed) : random_(seed) {}
 
-  Points moved(const Points& from, S size) {
+  Points moved(const Points& from, double size) {
     Points to = from;
-    const Vector3<S> together = random_.point() * size;
+    const fcl::Vector3d together = random_.point() * size;
     for (auto& x : to)
-      if (!random_.oneIn(5)) x += together + random_.point() * size * S(0.5);
+      if (!random_.oneIn(5)) x += together + random_.point() * size * 0.5;
     return to;
   }
-  static void append(const Points& points, const fcl::Transform3<S>& tf, std::vector<P>& world) {
-    for (const auto& x : points)
-      world.push_back(tf.template cast<double>() * P(x.template cast<double>()));
+  static void append(const Points& points, const fcl::Transform3d& tf, std::vector<P>& world) {
+    for (const auto& x : points) world.push_back(tf * P(x));
   }
   /// The surface of one or several meshes in the world.
   struct World {
     std::vector<P> start, end;
     std::vector<fcl::Triangle> triangles;
 
-    void add(const TriangleMesh<S>& mesh, const Points& from, const Points& to,
-             const fcl::Transform3<S>& tf) {
+    void add(const TriangleMesh& mesh, const Points& from, const Points& to,
+             const fcl::Transform3d& tf) {
       const std::size_t first = start.size();
       append(from, tf, start);
       append(to, tf, end);
@@ -56,7 +54,7 @@ class SweptSurfaceTest : public testing::Test {
     });
   }
 
-  RandomGeometry<S> random_;
+  RandomGeometry random_;
   long near_ = 0;  ///< pairs that were near, and apart at the start
 };
 

@@ -10,25 +10,16 @@
 
 namespace adaptive_bvh_test {
 
-/// The numbers under test where the library has code for both, as for FCL's shapes.
-using MeshScalars = testing::Types<float, double>;
-/// In tests of queries of meshes, which compute in double precision whatever their user's numbers
-/// are: test/query/single_precision_test.cpp compares both.
-using QueryScalars = testing::Types<double>;
-
-template <typename S>
-int numVertices(const adaptive_bvh::DeformableMesh<S>& mesh) {
+inline int numVertices(const adaptive_bvh::DeformableMesh& mesh) {
   return static_cast<int>(mesh.vertices().size());
 }
-template <typename S>
-int numTriangles(const adaptive_bvh::DeformableMesh<S>& mesh) {
+inline int numTriangles(const adaptive_bvh::DeformableMesh& mesh) {
   return static_cast<int>(mesh.triangles().size());
 }
 
 /// The triangles of a DeformableMesh or of any fcl::BVHModel, named as in FCL's models.
-template <typename S>
 struct BodyView {
-  BodyView(const adaptive_bvh::DeformableMesh<S>& mesh)
+  BodyView(const adaptive_bvh::DeformableMesh& mesh)
       : geometry(&mesh),
         vertices(mesh.vertices().data()),
         tri_indices(mesh.triangles().data()),
@@ -42,10 +33,10 @@ struct BodyView {
         num_vertices(model.num_vertices),
         num_tris(model.num_tris) {}
 
-  std::vector<Vector3<S>> positions() const { return {vertices, vertices + num_vertices}; }
+  std::vector<fcl::Vector3d> positions() const { return {vertices, vertices + num_vertices}; }
 
-  const fcl::CollisionGeometry<S>* geometry;
-  const Vector3<S>* vertices;
+  const fcl::CollisionGeometryd* geometry;
+  const fcl::Vector3d* vertices;
   const fcl::Triangle* tri_indices;
   int num_vertices, num_tris;
 };
@@ -55,9 +46,9 @@ template <typename Body>
 using ScalarOf = typename Body::Point::Scalar;
 
 /// A DeformableMesh, or a fcl::BVHModel that is built, of the triangles.
-template <typename Body, typename S>
-Body makeBody(const TriangleMesh<S>& mesh) {
-  if constexpr (std::is_same<Body, adaptive_bvh::DeformableMesh<S>>::value) {
+template <typename Body>
+Body makeBody(const TriangleMesh& mesh) {
+  if constexpr (std::is_same<Body, adaptive_bvh::DeformableMesh>::value) {
     return Body(mesh);
   } else {
     Body model;
@@ -69,7 +60,7 @@ Body makeBody(const TriangleMesh<S>& mesh) {
 /// Updates a body, by all vertices, to positions that move(p) has changed, each.
 template <typename Body, typename Move>
 void moveVertices(Body& body, const Move& move) {
-  auto points = BodyView<ScalarOf<Body>>(body).positions();
+  auto points = BodyView(body).positions();
   for (auto& p : points) move(p);
   body.update(points);
 }

@@ -16,14 +16,14 @@ namespace adaptive_bvh_test {
 template <typename S>
 using TestVolume = fcl::OBBRSS<S>;
 using TestScalars = testing::Types<double>;
-using TestBodies = testing::Types<adaptive_bvh::DeformableMesh<double>,
+using TestBodies = testing::Types<adaptive_bvh::DeformableMesh,
                                   adaptive_bvh::AdaptiveBVHModel<fcl::OBBRSS<double>>>;
 #else
 template <typename S>
 using TestVolume = fcl::RSS<S>;
 using TestScalars = testing::Types<float, double>;
-using TestBodies = testing::Types<adaptive_bvh::DeformableMesh<float>,
-                                  adaptive_bvh::AdaptiveBVHModel<fcl::RSS<double>>>;
+using TestBodies =
+    testing::Types<adaptive_bvh::DeformableMesh, adaptive_bvh::AdaptiveBVHModel<fcl::RSS<double>>>;
 #endif
 
 template <typename S>

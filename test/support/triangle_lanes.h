@@ -13,7 +13,7 @@ namespace adaptive_bvh_test {
 using PlainTriangle = std::array<Eigen::Vector3d, 3>;
 
 /// Of any shape: slivers, segments and points among them.
-inline PlainTriangle anyTriangle(RandomGeometry<double>& random, const Eigen::Vector3d& place,
+inline PlainTriangle anyTriangle(RandomGeometry& random, const Eigen::Vector3d& place,
                                  double size) {
   PlainTriangle t;
   for (Eigen::Vector3d& corner : t) corner = place + size * random.point();
@@ -28,7 +28,7 @@ inline PlainTriangle anyTriangle(RandomGeometry<double>& random, const Eigen::Ve
 
 /// The corners of one lane, off by `error`, as single precision.
 inline void setLane(adaptive_bvh::Vector4x3 (&to)[3], int lane, const PlainTriangle& corners,
-                    double error, RandomGeometry<double>& random) {
+                    double error, RandomGeometry& random) {
   for (std::size_t c = 0; c < 3; ++c) {
     const Eigen::Vector3d x = corners[c] + 0.99 * error * random.point();
     to[c].x[lane] = static_cast<float>(x[0]);

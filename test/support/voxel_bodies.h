@@ -24,8 +24,7 @@ class VoxelBody {
     cubes_[std::size_t((x * kSide + y) * kSide + z)] = value;
   }
   /// Any body whose surface is a manifold.
-  template <typename S>
-  static VoxelBody random(RandomGeometry<S>& random) {
+  static VoxelBody random(RandomGeometry& random) {
     VoxelBody body;
     const int tries = 5 + random.below(120);
     for (int i = 0; i < tries; ++i) {
@@ -42,13 +41,13 @@ class VoxelBody {
   }
 
   /// Its surface, cubes of a size.
-  template <typename S>
-  TriangleMesh<S> surface(S size) const {
-    TriangleMesh<S> mesh;
+  TriangleMesh surface(double size) const {
+    TriangleMesh mesh;
     std::map<std::array<int, 3>, std::size_t> numbers;
     const auto vertex = [&](std::array<int, 3> x) {
       const auto found = numbers.emplace(x, mesh.vertices.size());
-      if (found.second) mesh.vertices.emplace_back(size * S(x[0]), size * S(x[1]), size * S(x[2]));
+      if (found.second)
+        mesh.vertices.emplace_back(size * double(x[0]), size * double(x[1]), size * double(x[2]));
       return found.first->second;
     };
     forEachCube([&](std::array<int, 3> at) {

@@ -47,11 +47,11 @@ template <typename BV>
 class Body {
  public:
   using S = typename BV::S;
-  using P = Vector3<S>;
+  using P = fcl::Vector3<S>;
 
-  explicit Body(const TriangleMesh<S>& mesh) : Body(mesh, nullptr) {}
+  explicit Body(const TriangleMesh& mesh) : Body(mesh, nullptr) {}
   /// About the origin, in units of 1.
-  static Body inItsOwnCoordinates(const TriangleMesh<S>& mesh) {
+  static Body inItsOwnCoordinates(const TriangleMesh& mesh) {
     BV root;
     fcl::RSS<S> unit;
     unit.axis.setIdentity();
@@ -154,7 +154,7 @@ class Body {
       ASSERT_EQ(Volume::number(a, k), Volume::number(b, k));
   }
 
-  Body(const TriangleMesh<S>& mesh, const BV* root) {
+  Body(const TriangleMesh& mesh, const BV* root) {
     fillModel(mesh, *model_);
     model_->computeLocalAABB();
     tree_->assign(*model_);
@@ -179,17 +179,17 @@ template <typename BV>
 class BodyFits : public testing::Test {
  protected:
   using S = typename BV::S;
-  using P = Vector3<S>;
+  using P = fcl::Vector3<S>;
 
   /// A mesh of about the size 1.
-  TriangleMesh<S> mesh(int kind) {
+  TriangleMesh mesh(int kind) {
     std::mt19937& engine = random_.engine();
     switch (kind) {
-      case 0: return soup<S>(1 + random_.below(12), engine);
-      case 1: return plate<S>(1 + random_.below(3), 1 + random_.below(3));
-      case 2: return tube<S>(5, 2 + random_.below(4));
-      case 3: return dome<S>(6, 2 + random_.below(3));
-      case 4: return strewn(plate<S>(2, 1), 3, S(1e-5));  // tiny triangles of a large body
+      case 0: return soup(1 + random_.below(12), engine);
+      case 1: return plate(1 + random_.below(3), 1 + random_.below(3));
+      case 2: return tube(5, 2 + random_.below(4));
+      case 3: return dome(6, 2 + random_.below(3));
+      case 4: return strewn(plate(2, 1), 3, S(1e-5));  // tiny triangles of a large body
       case 5:
         return triangles(12, [this](P& p, P& q, P& r) {  // needles
           r = p + (q - p) * S(0.3) + random_.point() * random_.size(-9, -2);
@@ -201,9 +201,9 @@ class BodyFits : public testing::Test {
           if (random_.oneIn(2)) q = r = p;
         });
       case 8: return triangles(8, [](P& p, P& q, P& r) { p[2] = q[2] = r[2] = S(0.5); });
-      case 9: return soup<S>(70, engine);  // several blocks of vertices
-      default: {                           // triangles that name a vertex twice
-        TriangleMesh<S> mesh = plate<S>(1 + random_.below(2), 1);
+      case 9: return soup(70, engine);  // several blocks of vertices
+      default: {                        // triangles that name a vertex twice
+        TriangleMesh mesh = plate(1 + random_.below(2), 1);
         for (fcl::Triangle& t : mesh.triangles)
           if (random_.oneIn(2)) t[random_.below(3)] = t[random_.below(3)];
         return mesh;
@@ -212,31 +212,37 @@ class BodyFits : public testing::Test {
   }
 
   template <typename Shape>
-  TriangleMesh<S> triangles(int count, Shape&& shape) {
-    TriangleMesh<S> mesh;
+  TriangleMesh triangles(int count, Shape&& shape) {
+    TriangleMesh mesh;
     for (int t = 0; t < count; ++t) {
       P p = random_.point(), q = random_.point(), r = random_.point();
       shape(p, q, r);
-      mesh.vertices.insert(mesh.vertices.end(), {p, q, r});
+      for (const P& x : {p, q, r}) mesh.vertices.push_back(x.template cast<double>());
       mesh.triangles.emplace_back(3 * t, 3 * t + 1, 3 * t + 2);
     }
     return mesh;
   }
-  TriangleMesh<S> strewn(const TriangleMesh<S>& part, int count, S size) {
-    TriangleMesh<S> mesh;
+  TriangleMesh strewn(const TriangleMesh& part, int count, S size) {
+    TriangleMesh mesh;
     for (int i = 0; i < count; ++i) {
       const std::size_t first = mesh.vertices.size();
       const P place = random_.point();
       const fcl::Matrix3<S> turn = random_.rotation();
-      for (const P& p : part.vertices) mesh.vertices.push_back(place + turn * p * size);
+      for (const P& p : pointsIn<S>(part.vertices)) {
+        const P placed = place + turn * p * size;
+        mesh.vertices.push_back(placed.template cast<double>());
+      }
       for (const fcl::Triangle& t : part.triangles)
         mesh.triangles.emplace_back(first + t[0], first + t[1], first + t[2]);
     }
     return mesh;
   }
 
-  static void place(TriangleMesh<S>& mesh, S scale, const P& offset) {
-    for (P& p : mesh.vertices) p = p * scale + offset;
+  static void place(TriangleMesh& mesh, S scale, const P& offset) {
+    for (fcl::Vector3d& p : mesh.vertices) {
+      const P placed = p.cast<S>() * scale + offset;
+      p = placed.template cast<double>();
+    }
   }
   P middle(const std::vector<P>& points) const {
     P sum = P::Zero();
@@ -261,7 +267,7 @@ class BodyFits : public testing::Test {
     });
   }
 
-  RandomGeometry<S> random_{61};
+  RandomGeometryOf<S> random_{61};
   int volumes_ = 0;
 };
 
@@ -276,13 +282,13 @@ TYPED_TEST(BodyFits, HoldEveryVertexOfTheirTriangles) {
   auto& random = this->random_;
   for (int round = 0; round < manySteps(12); ++round)
     for (int kind = 0; kind < kKinds; ++kind) {
-      TriangleMesh<S> mesh = this->mesh(kind);
+      TriangleMesh mesh = this->mesh(kind);
       const S scale = random.size(-3, 6);
       const S offset = random.oneIn(3) ? S(0) : scale * random.size(-1, sizeof(S) == 4 ? 3 : 8);
       this->place(mesh, scale, random.point() * offset);
       Body<TypeParam> body(mesh);
       this->expectHeld(body, 0.25, "at first", kind);
-      std::vector<Vector3<S>> points = mesh.vertices;
+      auto points = pointsIn<S>(mesh.vertices);
       const S much = random.oneIn(2) ? S(0.02) : S(0.5);
       for (int step = 0; step < 12; ++step) {
         this->deform(points, scale, step % 4 == 3 ? S(0) : much);
@@ -302,11 +308,12 @@ TYPED_TEST(BodyFits, HoldEveryVertexOfTheirTriangles) {
 TYPED_TEST(BodyFits, AreTheSameInAnyNumberOfLanes) {
   for (int round = 0; round < 4; ++round)
     for (int kind = 0; kind < kKinds; ++kind) {
-      TriangleMesh<typename TypeParam::S> mesh = this->mesh(kind);
+      TriangleMesh mesh = this->mesh(kind);
       Body<TypeParam> body(mesh);
       body.expectSameInAnyLanes();
-      this->deform(mesh.vertices, 1, typename TypeParam::S(0.3));
-      body.move(mesh.vertices, round == 3 ? StepKind::TwoFrames : StepKind::Replace);
+      auto points = pointsIn<typename TypeParam::S>(mesh.vertices);
+      this->deform(points, 1, typename TypeParam::S(0.3));
+      body.move(points, round == 3 ? StepKind::TwoFrames : StepKind::Replace);
       body.expectSameInAnyLanes();
       if (testing::Test::HasFatalFailure()) return;
     }
@@ -321,7 +328,7 @@ TYPED_TEST(BodyFits, CoverTheirOperationsBesideTheErrorOfPositions) {
   Real worst = 0;
   for (int round = 0; round < manySteps(60); ++round)
     for (int kind = 0; kind < kKinds; ++kind) {
-      TriangleMesh<S> mesh = this->mesh(kind);
+      TriangleMesh mesh = this->mesh(kind);
       if (kind == 4) continue;
       for (auto& p : mesh.vertices)
         for (int k = 0; k < 3; ++k) p[k] = std::round(std::ldexp(p[k], 20)) * std::ldexp(S(1), -20);

@@ -24,7 +24,7 @@ class Detector : public testing::Test {
     radius_ = detector_.record(root_, volume_);
   }
 
-  RandomGeometry<S> random_{47};
+  RandomGeometryOf<S> random_{47};
   ChangeDetector<BV> detector_;
   BV volume_, root_;
   S radius_ = 0;

@@ -27,7 +27,7 @@ fcl::Transform3d above() {
 
 class Criteria : public testing::TestWithParam<Propagation> {
  protected:
-  Criteria() : sheet_(plate<double>(14, 14)), hose_(tube<double>(8, 20)) {}
+  Criteria() : sheet_(plate(14, 14)), hose_(tube(8, 20)) {}
 
   RefitPolicy policy(FitnessCriterion criterion) const {
     RefitPolicy policy;
@@ -44,8 +44,8 @@ class Criteria : public testing::TestWithParam<Propagation> {
     Model first(policy(criterion)), second(policy(criterion));
     fillModel(sheet_, first);
     fillModel(hose_, second);
-    Deformation<double> bend(sheet_, Deformation<double>::Kind::Smooth, 1),
-        swing(hose_, Deformation<double>::Kind::Smooth, 2);
+    Deformation bend(sheet_, Deformation::Kind::Smooth, 1),
+        swing(hose_, Deformation::Kind::Smooth, 2);
     int refits = 0;
     for (int frame = 0; frame < 40; ++frame) {
       first.update(bend.next());
@@ -54,14 +54,14 @@ class Criteria : public testing::TestWithParam<Propagation> {
       fcl::DistanceResultd result;
       adaptive_bvh::distance(&first, kOrigin, &second, above(), fcl::DistanceRequestd(), result);
       if (frame % 13 == 0) {
-        EXPECT_NEAR(BruteForce<double>(first, kOrigin, second, above()).distance(),
-                    result.min_distance, 1e-12);
+        EXPECT_NEAR(BruteForce(first, kOrigin, second, above()).distance(), result.min_distance,
+                    1e-12);
       }
     }
     return refits;
   }
 
-  TriangleMesh<double> sheet_, hose_;
+  TriangleMesh sheet_, hose_;
 };
 
 INSTANTIATE_TEST_SUITE_P(Propagations, Criteria,
@@ -92,7 +92,7 @@ TEST_P(Criteria, BIsEveryNodeThatAQueryWentBelow) {
   Model first(policy(FitnessCriterion::B)), second(policy(FitnessCriterion::B));
   fillModel(sheet_, first);
   fillModel(hose_, second);
-  Deformation<double> bend(sheet_, Deformation<double>::Kind::Smooth, 3);
+  Deformation bend(sheet_, Deformation::Kind::Smooth, 3);
   first.update(bend.next());
   for (const Model* model : {&first, &second})
     for (int i = 0; i < model->getNumBVs(); ++i) ASSERT_FALSE(model->traversed(i));
@@ -127,8 +127,7 @@ TEST_P(Criteria, CountsAreKeptApart) {
   const auto ask = [&](const fcl::BVHModel<fcl::RSSd>& other) -> QueryWork {
     const QueryWork before = first.recordedWork();
     fcl::DistanceResultd result;
-    adaptive_bvh::distance<double>(&first, kOrigin, &other, above(), fcl::DistanceRequestd(),
-                                   result);
+    adaptive_bvh::distance(&first, kOrigin, &other, above(), fcl::DistanceRequestd(), result);
     QueryWork work = first.recordedWork();
     work.box_tests -= before.box_tests;
     work.bv_tests -= before.bv_tests;

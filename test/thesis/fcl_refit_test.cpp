@@ -17,37 +17,37 @@ using Volumes = testing::Types<fcl::RSSd, fcl::OBBRSSd>;
 TYPED_TEST_SUITE(FclRefit, Volumes);
 
 template <typename Model, typename Plain>
-double distanceAfter(Model& model, const std::vector<Vector3<double>>& positions, bool bottomup,
-                     const Plain& obstacle, const fcl::Transform3d& tf) {
+double distanceAfter(Model& model, const std::vector<fcl::Vector3<double>>& positions,
+                     bool bottomup, const Plain& obstacle, const fcl::Transform3d& tf) {
   model.beginReplaceModel();
   model.replaceSubModel(positions);
   model.endReplaceModel(true, bottomup);
   fcl::DistanceResultd result;
-  return fcl::distance<double>(&model, fcl::Transform3d::Identity(), &obstacle, tf,
-                               fcl::DistanceRequestd(), result);
+  return fcl::distance(&model, fcl::Transform3d::Identity(), &obstacle, tf, fcl::DistanceRequestd(),
+                       result);
 }
 
 TYPED_TEST(FclRefit, BottomUpOverestimatesDistancesAndTopDownDoesNot) {
   fcl::BVHModel<TypeParam> bottom_up, top_down, obstacle;
   adaptive_bvh::AdaptiveBVHModel<TypeParam> adaptive;
-  const TriangleMesh<double> mesh = plate<double>(8, 8);
+  const TriangleMesh mesh = plate(8, 8);
   fillModel(mesh, bottom_up);
   fillModel(mesh, top_down);
   fillModel(mesh, adaptive);
-  fillModel(dome<double>(12, 5), obstacle);
-  Deformation<double> deformation(mesh, Deformation<double>::Kind::Smooth, 21);
+  fillModel(dome(12, 5), obstacle);
+  Deformation deformation(mesh, Deformation::Kind::Smooth, 21);
   std::mt19937 random(testSeed(4));
 
   int bottom_up_wrong = 0;
   double worst = 0;
   for (int frame = 0; frame < 60; ++frame) {
-    const fcl::Transform3d tf = randomPose<double>(random, 0.8);
+    const fcl::Transform3d tf = randomPose(random, 0.8);
     const auto& positions = deformation.next();
     const double by_top_down = distanceAfter(top_down, positions, false, obstacle, tf);
     const double by_bottom_up = distanceAfter(bottom_up, positions, true, obstacle, tf);
     const double by_us = distanceAfter(adaptive, positions, true, obstacle, tf);
     const double exact =
-        BruteForce<double>(top_down, fcl::Transform3d::Identity(), obstacle, tf).distance();
+        BruteForce(top_down, fcl::Transform3d::Identity(), obstacle, tf).distance();
     EXPECT_NEAR(exact, by_top_down, 1e-12);
     EXPECT_NEAR(exact, by_us, 1e-12) << "the flag that breaks FCL's refit has no effect on ours";
     EXPECT_GE(by_bottom_up, exact - 1e-12);

@@ -22,7 +22,7 @@ template <typename BV>
 class InPlace {
  public:
   using S = typename BV::S;
-  using Point = Vector3<S>;
+  using Point = fcl::Vector3<S>;
   using Points = std::vector<Point>;
 
   InPlace(unsigned seed, Propagation propagation) : random_(testSeed(seed)) {
@@ -31,7 +31,7 @@ class InPlace {
     policy.criterion = static_cast<FitnessCriterion>(draw(0, 8));
     model_.setRefitPolicy(policy);
     fillModel(mesh_, model_);
-    now_ = mesh_.vertices;
+    now_ = pointsIn<S>(mesh_.vertices);
     if (oneIn(2)) model_.mesh();
   }
 
@@ -168,12 +168,12 @@ class InPlace {
     ASSERT_EQ(0, failures(model_, checked));
     ASSERT_EQ(2 * model_.num_tris - 1, checked);
     if (!model_.hasMesh()) return;
-    ASSERT_EQ(now_, model_.mesh().vertices());
-    ASSERT_EQ(before_, model_.mesh().previousVertices());
+    ASSERT_EQ(now_, pointsIn<S>(model_.mesh().vertices()));
+    ASSERT_EQ(before_, pointsIn<S>(model_.mesh().previousVertices()));
   }
 
   std::mt19937 random_;
-  const TriangleMesh<S> mesh_ = plate<S>(5, 4);
+  const TriangleMesh mesh_ = plate(5, 4);
   AdaptiveBVHModel<BV> model_;
   Points now_, before_, next_;  ///< before_: of a two-frame update
 };
@@ -196,11 +196,11 @@ TYPED_TEST(PositionsInPlace, AreUndoneOrFollowed) {
 TYPED_TEST(PositionsInPlace, AreSeenByTheNextStep) {
   using S = typename TypeParam::S;
   AdaptiveBVHModel<TypeParam> model;
-  fillModel(plate<S>(3, 3), model);
+  fillModel(plate(3, 3), model);
   for (int step = 0; step < 2; ++step) {
     ASSERT_EQ(fcl::BVH_OK, model.beginReplaceModel());
     for (int v = 0; v < model.num_vertices; ++v) model.vertices[v][2] += 5;
-    const std::vector<Vector3<S>> moved(model.vertices, model.vertices + model.num_vertices);
+    const std::vector<fcl::Vector3<S>> moved(model.vertices, model.vertices + model.num_vertices);
     ASSERT_EQ(fcl::BVH_OK, model.replaceSubModel(moved));
     ASSERT_EQ(fcl::BVH_OK, model.endReplaceModel());
     long checked = 0;

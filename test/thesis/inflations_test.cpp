@@ -26,7 +26,7 @@ namespace rounding = adaptive_bvh::rounding;
 template <typename S>
 class InflationSums : public testing::Test {
  protected:
-  RandomGeometry<S> random_{17};
+  RandomGeometryOf<S> random_{17};
 };
 
 using Scalars = testing::Types<float, double>;
@@ -43,7 +43,7 @@ TYPED_TEST(InflationSums, MovingAVolumeRoundsByNoMoreThanStated) {
   Inflations<S> bounds;
   bounds.reset(1);
   bounds.include(V::cornerSum(bv));
-  const ScaledFrame<S> frame(Vector3<S>::Zero(), S(0.25));
+  const ScaledFrame<S> frame(fcl::Vector3<S>::Zero(), S(0.25));
   const S unit = frame.unit();
   Real worst = 0;
   for (int step = 0; step < manySteps(300000); ++step) {
@@ -52,9 +52,10 @@ TYPED_TEST(InflationSums, MovingAVolumeRoundsByNoMoreThanStated) {
       bounds.restart();
       bounds.include(V::cornerSum(bv));
     }
-    const Vector3<S> displacement = random.vectorOfSize(random.size(-9, 2));
-    const Vector3<S> common = random.oneIn(2) ? displacement * S(0.9) : Vector3<S>(0, 0, 0);
-    const Vector3<S> rest = displacement - common;
+    const fcl::Vector3<S> displacement = random.vectorOfSize(random.size(-9, 2));
+    const fcl::Vector3<S> common =
+        random.oneIn(2) ? displacement * S(0.9) : fcl::Vector3<S>(0, 0, 0);
+    const fcl::Vector3<S> rest = displacement - common;
     bounds.extend(rounding::norm(displacement), unit);
     const S allowed = bounds.roundingOfMove();
 
@@ -130,18 +131,19 @@ TYPED_TEST(InflationSums, VolumesThatAreNeverRefittedHoldAVertex) {
   RefitPolicy policy;
   policy.criterion = FitnessCriterion::RefitNone;
   AdaptiveBVHModel<fcl::RSS<S>> model(policy);
-  const TriangleMesh<S> mesh = plate<S>(1, 1);
+  const TriangleMesh mesh = plate(1, 1);
   fillModel(mesh, model);
+  const auto vertices = pointsIn<S>(mesh.vertices);
   const auto& tree = adaptive_bvh::detail::ModelAccess<fcl::RSS<S>>::tree(model);
   const unsigned vertex = 1;  // of one triangle only: its leaf and the root are above it
   const int leaf = model.getBV(1).primitiveId() == 0 ? 1 : 2;
-  std::vector<Vector3<S>> positions = mesh.vertices;
+  auto positions = vertices;
   int restarts = 0;
   for (int step = 0; step < manySteps(150000); ++step) {
-    const Vector3<S> shift = this->random_.vectorOfSize(this->random_.size(-12, 0));
-    positions[vertex] = mesh.vertices[vertex] + shift;
+    const fcl::Vector3<S> shift = this->random_.vectorOfSize(this->random_.size(-12, 0));
+    positions[vertex] = vertices[vertex] + shift;
     for (unsigned v : {0u, 2u, 3u})  // with its body in every fourth step, and back in the next
-      positions[v] = mesh.vertices[v] + (step % 4 == 1 ? shift : Vector3<S>(0, 0, 0));
+      positions[v] = vertices[v] + (step % 4 == 1 ? shift : fcl::Vector3<S>(0, 0, 0));
     const S before = tree.inflations.coordinateSum();
     if (step % 4 == 0)
       model.update(std::vector<unsigned>{vertex}, {positions[vertex]});

@@ -21,20 +21,20 @@ class ModelMesh : public testing::Test {
  protected:
   using S = typename BV::S;
   using Model = AdaptiveBVHModel<BV>;
-  using Points = std::vector<Vector3<S>>;
+  using Points = std::vector<fcl::Vector3<S>>;
 
   ModelMesh() { fillModel(mesh_, model_); }
 
   /// Positions that differ from one call to the next.
-  Points next() { return deformation_.next(); }
+  Points next() { return pointsIn<S>(deformation_.next()); }
 
   static void expectFollowed(const Model& model) {
-    const DeformableMesh<S>& mesh = model.mesh();
+    const DeformableMesh& mesh = model.mesh();
     const auto count = std::size_t(model.num_vertices);
-    EXPECT_EQ(Points(model.vertices, model.vertices + count), mesh.vertices());
+    EXPECT_EQ(Points(model.vertices, model.vertices + count), pointsIn<S>(mesh.vertices()));
     const Points before =
         model.prev_vertices ? Points(model.prev_vertices, model.prev_vertices + count) : Points();
-    EXPECT_EQ(before, mesh.previousVertices());
+    EXPECT_EQ(before, pointsIn<S>(mesh.previousVertices()));
     ASSERT_EQ(std::size_t(model.num_tris), mesh.triangles().size());
     for (std::size_t t = 0; t < mesh.triangles().size(); ++t)
       for (int k = 0; k < 3; ++k) EXPECT_EQ(model.tri_indices[t][k], mesh.triangles()[t][k]);
@@ -43,8 +43,8 @@ class ModelMesh : public testing::Test {
     EXPECT_TRUE(model.validate(&reason)) << reason;
   }
 
-  TriangleMesh<S> mesh_ = plate<S>(7, 5);
-  Deformation<S> deformation_{mesh_, Deformation<S>::Kind::Smooth, 5};
+  TriangleMesh mesh_ = plate(7, 5);
+  Deformation deformation_{mesh_, Deformation::Kind::Smooth, 5};
   Model model_;
 };
 
@@ -76,7 +76,7 @@ TYPED_TEST(ModelMesh, FollowsStepsOfEveryKind) {
 
     const auto to = this->next();
     this->model_.update(std::vector<unsigned>{3, 7, 3}, {to[7], to[7], to[3]});
-    EXPECT_EQ(to[3], mesh->vertices()[3]);
+    EXPECT_EQ(to[3].template cast<double>(), mesh->vertices()[3]);
     this->expectFollowed(this->model_);
 
     ASSERT_EQ(fcl::BVH_OK, this->model_.beginReplaceModel());
@@ -121,7 +121,7 @@ TYPED_TEST(ModelMesh, FollowsRepairs) {
   const auto* mesh = &this->model_.mesh();
   auto far = this->next();
   for (auto& p : far) p *= S(1e7);
-  far[0] = Vector3<S>::Zero();
+  far[0] = fcl::Vector3<S>::Zero();
   this->model_.update(far);
   this->expectFollowed(this->model_);
   this->model_.update(this->next());
@@ -144,14 +144,13 @@ TYPED_TEST(ModelMesh, FollowsRepairs) {
 }
 
 TYPED_TEST(ModelMesh, IsRenewedByABuild) {
-  using S = typename TypeParam::S;
   const auto* mesh = &this->model_.mesh();
   this->model_.beginReplaceModel();
   this->model_.replaceSubModel(this->next());
   ASSERT_EQ(fcl::BVH_OK, this->model_.endReplaceModel(false));
   this->expectFollowed(this->model_);
   testing::internal::CaptureStderr();  // FCL remarks on a model that is built twice
-  ASSERT_EQ(fcl::BVH_OK, fillModel(tube<S>(5, 6), this->model_));
+  ASSERT_EQ(fcl::BVH_OK, fillModel(tube(5, 6), this->model_));
   testing::internal::GetCapturedStderr();
   this->expectFollowed(this->model_);
   EXPECT_EQ(mesh, &this->model_.mesh());
@@ -188,7 +187,7 @@ TYPED_TEST(ModelMesh, NeedsTriangles) {
   typename TestFixture::Model model;
   EXPECT_THROW(model.mesh(), std::logic_error) << "not built";
   model.beginModel();
-  model.addSubModel(this->mesh_.vertices);
+  model.addSubModel(this->next());
   ASSERT_EQ(fcl::BVH_OK, model.endModel());
   EXPECT_THROW(model.mesh(), std::logic_error) << "a point cloud";
   EXPECT_FALSE(model.hasMesh());

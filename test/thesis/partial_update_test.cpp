@@ -21,28 +21,27 @@ using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::RefitPolicy;
 
-template <typename S>
 class PartialUpdate : public testing::Test {
  protected:
-  using Model = AdaptiveBVHModel<TestVolume<S>>;
-  using Plain = fcl::BVHModel<TestVolume<S>>;
+  using Model = AdaptiveBVHModel<TestVolume<double>>;
+  using Plain = fcl::BVHModel<TestVolume<double>>;
 
-  PartialUpdate() : mesh_(plate<S>(9, 8)), positions_(mesh_.vertices) {
+  PartialUpdate() : mesh_(plate(9, 8)), positions_(mesh_.vertices) {
     fillModel(mesh_, model_);
-    fillModel(tube<S>(5, 6), tool_);
+    fillModel(tube(5, 6), tool_);
     pair_.emplace(model_.mesh(), tool_.mesh());
-    above_.translation() = Vector3<S>(S(0.3), S(0.4), S(0.7));
+    above_.translation() = fcl::Vector3d(0.3, 0.4, 0.7);
   }
 
   /// Moves `count` random vertices, in one call.
-  void moveSome(std::size_t count, S by) {
+  void moveSome(std::size_t count, double by) {
     std::uniform_int_distribution<unsigned> vertex(0, unsigned(positions_.size() - 1));
-    std::uniform_real_distribution<S> step(-by, by);
+    std::uniform_real_distribution<double> step(-by, by);
     std::vector<unsigned> indices;
-    std::vector<Vector3<S>> to;
+    std::vector<fcl::Vector3d> to;
     for (std::size_t i = 0; i < count; ++i) {
       const unsigned v = vertex(random_);
-      positions_[v] += Vector3<S>(step(random_), step(random_), step(random_));
+      positions_[v] += fcl::Vector3d(step(random_), step(random_), step(random_));
       indices.push_back(v);
       to.push_back(positions_[v]);
     }
@@ -52,14 +51,14 @@ class PartialUpdate : public testing::Test {
   /// The box that FCL itself finds, and a radius that is no smaller than FCL's, and no larger than
   /// that of the ball around the box.
   static void expectLocalBounds(Model& model) {
-    const fcl::AABB<S> box = model.aabb_local;
-    const S radius = model.aabb_radius;
-    const Vector3<S> center = model.aabb_center;
+    const fcl::AABBd box = model.aabb_local;
+    const double radius = model.aabb_radius;
+    const fcl::Vector3d center = model.aabb_center;
     model.Plain::computeLocalAABB();
     ASSERT_EQ(model.aabb_local.min_, box.min_);
     ASSERT_EQ(model.aabb_local.max_, box.max_);
     ASSERT_EQ(model.aabb_center, center);
-    const S slack = 8 * std::numeric_limits<S>::epsilon() * radius;
+    const double slack = 8 * std::numeric_limits<double>::epsilon() * radius;
     ASSERT_LE(model.aabb_radius, radius + slack);
     ASSERT_LE(radius, (box.max_ - center).norm() + slack);
   }
@@ -71,55 +70,51 @@ class PartialUpdate : public testing::Test {
       ASSERT_EQ(positions_[v], model_.vertices[v]) << v;
     ASSERT_NO_FATAL_FAILURE(expectLocalBounds(model_));
 
-    const S tolerance = std::is_same<S, float>::value ? S(1e-5) : S(1e-12);
-    const BruteForce<S> brute(model_, origin_, tool_, above_);
-    const S expected = brute.distance();
-    fcl::DistanceResult<S> recorded, coherent, drop_in;
-    const fcl::DistanceRequest<S> request;
-    adaptive_bvh::distance<S>(&model_, origin_, &tool_, above_, request, recorded);
+    const double tolerance = 1e-12;
+    const BruteForce brute(model_, origin_, tool_, above_);
+    const double expected = brute.distance();
+    fcl::DistanceResultd recorded, coherent, drop_in;
+    const fcl::DistanceRequestd request;
+    adaptive_bvh::distance(&model_, origin_, &tool_, above_, request, recorded);
     model_.mesh();  // brings it up to date after a change through the base
     pair_->distance(origin_, above_, request, coherent);
-    fcl::distance<S>(&model_, origin_, &tool_, above_, request, drop_in);
+    fcl::distance(&model_, origin_, &tool_, above_, request, drop_in);
     for (const auto& result : {recorded, coherent, drop_in})
       EXPECT_NEAR(expected, result.min_distance, tolerance);
   }
 
-  TriangleMesh<S> mesh_;
-  std::vector<Vector3<S>> positions_;
+  TriangleMesh mesh_;
+  std::vector<fcl::Vector3d> positions_;
   Model model_, tool_;
-  std::optional<adaptive_bvh::CoherentDistance<S>> pair_;
-  const fcl::Transform3<S> origin_ = fcl::Transform3<S>::Identity();
-  fcl::Transform3<S> above_ = origin_;
+  std::optional<adaptive_bvh::CoherentDistance> pair_;
+  const fcl::Transform3d origin_ = fcl::Transform3d::Identity();
+  fcl::Transform3d above_ = origin_;
   std::mt19937 random_{testSeed(23)};
 };
 
-using Scalars = TestScalars;
-TYPED_TEST_SUITE(PartialUpdate, Scalars);
-
-TYPED_TEST(PartialUpdate, KeepsTheInvariantAndTheDistance) {
+TEST_F(PartialUpdate, KeepsTheInvariantAndTheDistance) {
   for (int frame = 0; frame < 120; ++frame) {
-    this->moveSome(frame % 7 == 6 ? 0 : std::size_t(1 + frame % 9), TypeParam(0.03));
+    this->moveSome(frame % 7 == 6 ? 0 : std::size_t(1 + frame % 9), 0.03);
     this->expectRight();
   }
 }
 
 /// What a partial update leaves in vertices that then rest must not move them again.
-TYPED_TEST(PartialUpdate, MixesWithUpdatesOfAll) {
-  using S = TypeParam;
-  Deformation<S> bend(this->mesh_, Deformation<S>::Kind::Smooth, 4);
+TEST_F(PartialUpdate, MixesWithUpdatesOfAll) {
+  Deformation bend(this->mesh_, Deformation::Kind::Smooth, 4);
   for (int frame = 0; frame < 60; ++frame) {
     if (frame % 3 == 0) {
       this->positions_ = bend.next();
       this->model_.update(this->positions_);
     } else {
-      this->moveSome(4, S(0.02));
+      this->moveSome(4, 0.02);
     }
     this->expectRight();
   }
 }
 
-TYPED_TEST(PartialUpdate, ReachesOnlyWhatStandsAboveTheMovedVertices) {
-  const auto& report = this->model_.update({12}, {this->positions_[12] * TypeParam(1.01)});
+TEST_F(PartialUpdate, ReachesOnlyWhatStandsAboveTheMovedVertices) {
+  const auto& report = this->model_.update({12}, {this->positions_[12] * 1.01});
   std::set<int> above;
   for (int t = 0; t < this->model_.num_tris; ++t)
     for (int k = 0; k < 3; ++k)
@@ -140,19 +135,17 @@ TYPED_TEST(PartialUpdate, ReachesOnlyWhatStandsAboveTheMovedVertices) {
   EXPECT_LE(report.inflated, expected);
 }
 
-TYPED_TEST(PartialUpdate, OfAVertexNamedTwiceTheLastPositionCounts) {
-  using S = TypeParam;
-  const Vector3<S> first(5, 5, 5), last = this->positions_[7] + Vector3<S>(0, 0, S(0.2));
+TEST_F(PartialUpdate, OfAVertexNamedTwiceTheLastPositionCounts) {
+  const fcl::Vector3d first(5, 5, 5), last = this->positions_[7] + fcl::Vector3d(0, 0, 0.2);
   this->model_.update({7, 3, 7}, {first, this->positions_[3], last});
   this->positions_[7] = last;
   this->expectRight();
-  EXPECT_NEAR(S(0.2), S(this->model_.lastUpdate().largest_displacement), S(1e-6));
+  EXPECT_NEAR(0.2, double(this->model_.lastUpdate().largest_displacement), 1e-6);
 }
 
 /// Positions may lie in the model's own arrays: they count as they were before the call.
-TYPED_TEST(PartialUpdate, TakesPositionsFromItsOwnArrays) {
-  using S = TypeParam;
-  using Columns = Eigen::Matrix<S, 3, Eigen::Dynamic>;
+TEST_F(PartialUpdate, TakesPositionsFromItsOwnArrays) {
+  using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic>;
   for (const bool boxes : {true, false}) {
     this->model_.setRefitPolicy(boxes ? RefitPolicy() : RefitPolicy::thesis(FitnessCriterion::AB));
     // Two vertices change places.
@@ -174,8 +167,8 @@ TYPED_TEST(PartialUpdate, TakesPositionsFromItsOwnArrays) {
 
     // Back to the frame before, by either update.
     for (const bool map : {false, true}) {
-      const std::vector<Vector3<S>> last = this->positions_;
-      for (auto& p : this->positions_) p[2] += S(0.05);
+      const std::vector<fcl::Vector3d> last = this->positions_;
+      for (auto& p : this->positions_) p[2] += 0.05;
       this->model_.beginUpdateModel();
       this->model_.updateSubModel(this->positions_);
       ASSERT_EQ(fcl::BVH_OK, this->model_.endUpdateModel());
@@ -195,7 +188,7 @@ TYPED_TEST(PartialUpdate, TakesPositionsFromItsOwnArrays) {
     std::swap(this->positions_[0], this->positions_[1]);
     this->expectRight();
     // All of `vertices`, as they are, and written in place.
-    for (const S height : {S(0), S(0.5)}) {
+    for (const double height : {0., 0.5}) {
       for (auto& p : this->positions_) p[2] += height;
       std::copy(this->positions_.begin(), this->positions_.end(), this->model_.vertices);
       this->model_.update(this->model_.vertices, this->positions_.size());
@@ -204,12 +197,11 @@ TYPED_TEST(PartialUpdate, TakesPositionsFromItsOwnArrays) {
   }
 }
 
-TYPED_TEST(PartialUpdate, TakesIndicesOfAnyInteger) {
-  using S = TypeParam;
-  this->positions_[4][2] = S(0.2);
+TEST_F(PartialUpdate, TakesIndicesOfAnyInteger) {
+  this->positions_[4][2] = 0.2;
   this->model_.update(std::vector<int>{4}, {this->positions_[4]});
   this->expectRight();
-  this->positions_[5][2] = S(0.1);
+  this->positions_[5][2] = 0.1;
   this->model_.update(std::vector<std::size_t>{5}, {this->positions_[5]});
   this->expectRight();
   for (const long wrong : {-1l, 4294967296l, 1000l})
@@ -220,36 +212,33 @@ TYPED_TEST(PartialUpdate, TakesIndicesOfAnyInteger) {
 }
 
 /// An update clears the statistics of the queries before it, also of nodes that it did not visit.
-TYPED_TEST(PartialUpdate, ForgetsAllVisits) {
-  using S = TypeParam;
-  fcl::DistanceResult<S> result;
-  adaptive_bvh::distance<S>(&this->model_, this->origin_, &this->tool_, this->above_,
-                            fcl::DistanceRequest<S>(), result);
+TEST_F(PartialUpdate, ForgetsAllVisits) {
+  fcl::DistanceResultd result;
+  adaptive_bvh::distance(&this->model_, this->origin_, &this->tool_, this->above_,
+                         fcl::DistanceRequestd(), result);
   int visited = 0;
   for (int i = 0; i < this->model_.getNumBVs(); ++i) visited += this->model_.traversed(i);
   EXPECT_GT(visited, 5);
   EXPECT_TRUE(this->model_.traversed(0));
-  this->model_.update({0}, {this->positions_[0] * S(1.001)});
+  this->model_.update({0}, {this->positions_[0] * 1.001});
   for (int i = 0; i < this->model_.getNumBVs(); ++i) EXPECT_FALSE(this->model_.traversed(i)) << i;
 }
 
-TYPED_TEST(PartialUpdate, RefusesWhatIsWrongAndStays) {
-  using S = TypeParam;
-  const Vector3<S> p(0, 0, 1), nan(0, 0, std::numeric_limits<S>::quiet_NaN());
+TEST_F(PartialUpdate, RefusesWhatIsWrongAndStays) {
+  const fcl::Vector3d p(0, 0, 1), nan(0, 0, std::numeric_limits<double>::quiet_NaN());
   const auto count = unsigned(this->positions_.size());
   EXPECT_THROW(this->model_.update({count}, {p}), std::invalid_argument);
   EXPECT_THROW(this->model_.update({1, 2}, {p}), std::invalid_argument);
   EXPECT_THROW(this->model_.update({1, 2}, {p, nan}), std::invalid_argument);
   this->expectRight();
-  typename TestFixture::Model empty;
+  Model empty;
   EXPECT_THROW(empty.update({0}, {p}), std::logic_error);
 }
 
 /// Also a position that a later one of the same vertex replaces must be a number.
-TYPED_TEST(PartialUpdate, RefusesAPositionThatIsNotANumberAndNotUsed) {
-  using S = TypeParam;
-  const Vector3<S> there = this->positions_[3] + Vector3<S>(0, 0, S(0.1));
-  const Vector3<S> nowhere(0, std::numeric_limits<S>::quiet_NaN(), 0);
+TEST_F(PartialUpdate, RefusesAPositionThatIsNotANumberAndNotUsed) {
+  const fcl::Vector3d there = this->positions_[3] + fcl::Vector3d(0, 0, 0.1);
+  const fcl::Vector3d nowhere(0, std::numeric_limits<double>::quiet_NaN(), 0);
   for (const auto& policy : {RefitPolicy(), RefitPolicy::thesis(FitnessCriterion::ABOrBC)}) {
     this->model_.setRefitPolicy(policy);
     EXPECT_THROW(this->model_.update(std::vector<unsigned>{3, 3}, {nowhere, there}),
@@ -259,70 +248,68 @@ TYPED_TEST(PartialUpdate, RefusesAPositionThatIsNotANumberAndNotUsed) {
 }
 
 /// A step of no vertices, from vectors that hold nothing and may have no memory, moves nothing.
-TYPED_TEST(PartialUpdate, OfNoVerticesMovesNothing) {
-  using S = TypeParam;
+TEST_F(PartialUpdate, OfNoVerticesMovesNothing) {
   for (const auto& policy : {RefitPolicy(), RefitPolicy::thesis(FitnessCriterion::ABOrBC)}) {
     this->model_.setRefitPolicy(policy);
-    const auto& report = this->model_.update(std::vector<unsigned>(), std::vector<Vector3<S>>());
+    const auto& report = this->model_.update(std::vector<unsigned>(), std::vector<fcl::Vector3d>());
     EXPECT_EQ(0, report.largest_displacement);
     EXPECT_EQ(0, report.moved);
     this->expectRight();
   }
 }
 
-TYPED_TEST(PartialUpdate, WorksInEveryState) {
-  using S = TypeParam;
+TEST_F(PartialUpdate, WorksInEveryState) {
   this->model_.setRefitPolicy(RefitPolicy::thesis(FitnessCriterion::ABOrBC));
-  this->moveSome(3, S(0.05));
+  this->moveSome(3, 0.05);
   this->expectRight();
   this->model_.setRefitPolicy(RefitPolicy());
-  this->moveSome(3, S(0.05));
+  this->moveSome(3, 0.05);
   this->expectRight();
-  this->positions_[5][2] += S(0.1);  // two-frame update: the positions before are kept
+  this->positions_[5][2] += 0.1;  // two-frame update: the positions before are kept
   this->model_.beginUpdateModel();
   this->model_.updateSubModel(this->positions_);
   this->model_.endUpdateModel();
-  this->moveSome(3, S(0.05));
+  this->moveSome(3, 0.05);
   EXPECT_EQ(nullptr, this->model_.prev_vertices);
   this->expectRight();
-  this->moveSome(3, S(0.05));
+  this->moveSome(3, 0.05);
   this->expectRight();
   this->model_.beginReplaceModel();  // abandoned
-  this->moveSome(3, S(0.05));
+  this->moveSome(3, 0.05);
   this->expectRight();
-  typename TestFixture::Model copy(this->model_);  // with the tables of partial updates
-  copy.update({4}, {this->positions_[4] + Vector3<S>(0, 0, S(0.1))});
+  Model copy(this->model_);  // with the tables of partial updates
+  copy.update({4}, {this->positions_[4] + fcl::Vector3d(0, 0, 0.1)});
   EXPECT_TRUE(copy.validate());
-  this->moveSome(3, S(0.05));
+  this->moveSome(3, 0.05);
   this->expectRight();
 }
 
 /// A dent, now here and now there on a large sheet, that sinks in and comes back: what box and
 /// radius rest on moves out, and in again, and is found among thousands of vertices.
-TYPED_TEST(PartialUpdate, FindsWhatTheLocalBoundsRestOn) {
-  using S = TypeParam;
-  const fcl::Transform3<S> turned(
-      Eigen::AngleAxis<S>(S(0.7), Vector3<S>(1, 2, S(-0.5)).normalized()));
+TEST_F(PartialUpdate, FindsWhatTheLocalBoundsRestOn) {
+  const fcl::Transform3d turned(
+      Eigen::AngleAxis<double>(0.7, fcl::Vector3d(1, 2, -0.5).normalized()));
   for (const auto& placed : {this->origin_, turned})
     for (const bool with_loose_vertex : {false, true}) {
-      TriangleMesh<S> sheet = plate<S>(60, 50);
-      for (auto& p : sheet.vertices) p = placed * (p + Vector3<S>(S(0.1), 3, S(0.01) * p[0]));
-      if (with_loose_vertex) sheet.vertices.push_back(placed * Vector3<S>(-2, -2, 5));
-      typename TestFixture::Model model;
+      TriangleMesh sheet = plate(60, 50);
+      for (auto& p : sheet.vertices) p = placed * (p + fcl::Vector3d(0.1, 3, 0.01 * p[0]));
+      if (with_loose_vertex) sheet.vertices.push_back(placed * fcl::Vector3d(-2, -2, 5));
+      Model model;
       fillModel(sheet, model);
       std::uniform_int_distribution<std::size_t> any(0, sheet.vertices.size() - 1);
       std::size_t middle = 0;
       for (int frame = 0; frame < 80; ++frame) {
         if (frame % 20 == 0) middle = any(this->random_);
-        const S depth = S(0.3) * std::sin(S(frame % 20) * S(M_PI / 10));  // to both sides
+        const double depth =
+            0.3 * std::sin(double(frame % 20) * double(M_PI / 10));  // to both sides
         std::vector<unsigned> indices;
-        std::vector<Vector3<S>> to;
+        std::vector<fcl::Vector3d> to;
         for (unsigned v = 0; v < sheet.vertices.size(); ++v) {
-          const S r = (sheet.vertices[v] - sheet.vertices[middle]).norm() / S(0.1);
+          const double r = (sheet.vertices[v] - sheet.vertices[middle]).norm() / 0.1;
           if (r >= 1) continue;
           indices.push_back(v);
           to.push_back(sheet.vertices[v] +
-                       placed.linear() * Vector3<S>(depth / 2, 0, depth) * (1 - r * r));
+                       placed.linear() * fcl::Vector3d(depth / 2, 0, depth) * (1 - r * r));
         }
         model.update(indices, to);
         ASSERT_NO_FATAL_FAILURE(this->expectLocalBounds(model)) << frame;
@@ -332,12 +319,11 @@ TYPED_TEST(PartialUpdate, FindsWhatTheLocalBoundsRestOn) {
 
 /// A change through the base class, which leaves FCL's local box as it was, then updates that
 /// change nothing.
-TYPED_TEST(PartialUpdate, BringsTheLocalBoundsUpToDateAfterAChangeThroughTheBase) {
-  using S = TypeParam;
+TEST_F(PartialUpdate, BringsTheLocalBoundsUpToDateAfterAChangeThroughTheBase) {
   for (const RefitPolicy& policy : {RefitPolicy(), RefitPolicy::thesis(FitnessCriterion::A)}) {
     this->model_.setRefitPolicy(policy);
-    for (auto& p : this->positions_) p *= S(1.5);
-    typename TestFixture::Plain& base = this->model_;
+    for (auto& p : this->positions_) p *= 1.5;
+    Plain& base = this->model_;
     base.beginReplaceModel();
     base.replaceSubModel(this->positions_);
     base.endReplaceModel();

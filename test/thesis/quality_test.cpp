@@ -20,7 +20,7 @@ using Point = fcl::Vector3d;
 /// Three nodes whose volumes the test writes: the root, and two leaves.
 Plain threeNodes(const fcl::RSSd& root, const fcl::RSSd& left, const fcl::RSSd& right) {
   Plain model;
-  fillModel(plate<double>(1, 1), model);
+  fillModel(plate(1, 1), model);
   model.getBV(0).bv = root;
   model.getBV(model.getBV(0).leftChild()).bv = left;
   model.getBV(model.getBV(0).rightChild()).bv = right;

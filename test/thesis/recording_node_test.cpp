@@ -71,10 +71,10 @@ class Recording : public testing::Test {
     PairStatistics sides;
     sides.side[0] = &first_;
     sides.side[1] = &second_;
-    adaptive_bvh::RecordingDistanceNode<ScriptedNode, double> node(sides);
+    adaptive_bvh::RecordingDistanceNode<ScriptedNode> node(sides);
     node.distances = script.distances;
     node.triangle_distances = script.triangle_distances;
-    fcl::detail::distance<double>(&node);
+    fcl::detail::distance(&node);
     return node.tests;
   }
 

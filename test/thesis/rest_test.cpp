@@ -23,7 +23,7 @@ class Rest : public testing::TestWithParam<std::tuple<Propagation, FitnessCriter
     policy.max_inflation = 0.5;
     model_.setRefitPolicy(policy);
     fillModel(mesh_, model_);
-    fillModel(tube<double>(8, 20), other_);
+    fillModel(tube(8, 20), other_);
   }
   static FitnessCriterion criterion() { return std::get<1>(GetParam()); }
   /// Whether the criterion depends on test B alone, or on tests A and B: these are computed here.
@@ -71,8 +71,8 @@ class Rest : public testing::TestWithParam<std::tuple<Propagation, FitnessCriter
     return nodes;
   }
 
-  const TriangleMesh<double> mesh_ = plate<double>(14, 14);
-  Deformation<double> deformation_{mesh_, Deformation<double>::Kind::Smooth, 1};
+  const TriangleMesh mesh_ = plate(14, 14);
+  Deformation deformation_{mesh_, Deformation::Kind::Smooth, 1};
   Model model_, other_;
 };
 

@@ -26,7 +26,7 @@ class ScaledFrameTest : public testing::Test {
     return {random_.point() * (random_.oneIn(2) ? size : 1000 * size), size};
   }
 
-  RandomGeometry<S> random_{5};
+  RandomGeometryOf<S> random_{5};
 };
 
 exact::Point pointOf(const Float4& v) { return {Real(v[0]), Real(v[1]), Real(v[2])}; }
@@ -46,9 +46,9 @@ TYPED_TEST(ScaledFrameTest, ScaleIsAPowerOfTwo) {
     EXPECT_GE(size * frame.scale(), 1);
     EXPECT_LT(size * frame.scale(), 2);
   }
-  EXPECT_EQ(S(1), ScaledFrame<S>(Vector3<S>::Zero(), 0).scale());
+  EXPECT_EQ(S(1), ScaledFrame<S>(fcl::Vector3<S>::Zero(), 0).scale());
   for (const S size : {std::numeric_limits<S>::denorm_min(), std::numeric_limits<S>::max()}) {
-    const ScaledFrame<S> frame(Vector3<S>::Zero(), size);
+    const ScaledFrame<S> frame(fcl::Vector3<S>::Zero(), size);
     EXPECT_TRUE(std::isnormal(frame.scale()) && std::isnormal(frame.unit())) << size;
   }
 }
@@ -60,7 +60,7 @@ TYPED_TEST(ScaledFrameTest, PointsAreOffByTwiceTheUnitRoundoff) {
   for (int round = 0; round < 200000; ++round) {
     const S size = this->random_.size(-6, 6);
     const ScaledFrame<S> frame = this->frame(size);
-    const Vector3<S> x =
+    const fcl::Vector3<S> x =
         frame.origin() + this->random_.vectorOfSize(size * this->random_.size(-3, 3));
     const exact::Point y = (exact::of(x) - exact::of(frame.origin())) * Real(frame.scale());
     const exact::Point found = pointOf(frame(x));
@@ -78,7 +78,7 @@ TYPED_TEST(ScaledFrameTest, ComesBack) {
   using S = TypeParam;
   for (int round = 0; round < 50000; ++round) {
     const ScaledFrame<S> frame = this->frame(this->random_.size(-6, 6));
-    const Vector3<S> y = this->random_.point() * 2;
+    const fcl::Vector3<S> y = this->random_.point() * 2;
     const Float4 stored{float(y[0]), float(y[1]), float(y[2]), 0};
     const exact::Point x = exact::of(frame.origin()) + pointOf(stored) * Real(frame.unit());
     const Real largest = exact::of(frame.origin()).template lpNorm<1>() + 4 * Real(frame.unit());
@@ -94,7 +94,7 @@ TYPED_TEST(ScaledFrameTest, DisplacementsAreCloseAndNeverVanish) {
   int tiny = 0;
   for (int round = 0; round < 200000; ++round) {
     const ScaledFrame<S> frame = this->frame(this->random_.size(-6, 6));
-    const Vector3<S> d = this->random_.vectorOfSize(this->random_.size(-30, 6));
+    const fcl::Vector3<S> d = this->random_.vectorOfSize(this->random_.size(-30, 6));
     const Float4 v = frame.displacement(d);
     for (int k = 0; k < 3; ++k) {
       const Real exactly = Real(d[k]) * Real(frame.scale());
@@ -105,9 +105,9 @@ TYPED_TEST(ScaledFrameTest, DisplacementsAreCloseAndNeverVanish) {
     tiny += v[0] == ScaledFrame<S>::kLeast;
   }
   EXPECT_GT(tiny, 1000) << "displacements too small to be told must be among them";
-  const Float4 none = this->frame(1).displacement(Vector3<S>::Zero());
+  const Float4 none = this->frame(1).displacement(fcl::Vector3<S>::Zero());
   EXPECT_EQ(0, float4::largest(float4::absolute(none))) << "a vertex at rest does not move";
-  const Vector3<S> least(0, std::numeric_limits<S>::denorm_min(), 0);
+  const fcl::Vector3<S> least(0, std::numeric_limits<S>::denorm_min(), 0);
   EXPECT_EQ(ScaledFrame<S>::kLeast, this->frame(S(1e6)).displacement(least)[0]);
 }
 

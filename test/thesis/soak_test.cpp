@@ -17,16 +17,16 @@ namespace soak_test {
 
 using adaptive_bvh::AdaptiveBVHModeld;
 using Plain = fcl::BVHModel<fcl::RSSd>;
-using Points = std::vector<Vector3<double>>;
+using Points = std::vector<fcl::Vector3<double>>;
 
 const int kFrames = isLongMode() ? 200000 : 40000;
 
 /// Vibration: every vertex swings by some per cent of the size.
 Points vibration(const Points& rest, int frame) {
   Points now = rest;
-  for (Vector3<double>& p : now) {
+  for (fcl::Vector3<double>& p : now) {
     const double phase = 3 * p[0] - 2 * p[1] + 5 * p[2];
-    p += 0.02 * std::sin(0.7 * frame + phase) * Vector3<double>(0.3, 0.5, 0.8);
+    p += 0.02 * std::sin(0.7 * frame + phase) * fcl::Vector3<double>(0.3, 0.5, 0.8);
   }
   return now;
 }
@@ -35,10 +35,11 @@ Points vibration(const Points& rest, int frame) {
 Points tumbling(const Points& rest, int frame) {
   const Eigen::AngleAxisd turn(
       0.05 * frame,
-      Vector3<double>(std::sin(1e-3 * frame), 1, std::cos(3e-4 * frame)).normalized());
-  const Vector3<double> away = Vector3<double>(std::sin(0.01 * frame), std::cos(0.013 * frame), 0);
+      fcl::Vector3<double>(std::sin(1e-3 * frame), 1, std::cos(3e-4 * frame)).normalized());
+  const fcl::Vector3<double> away =
+      fcl::Vector3<double>(std::sin(0.01 * frame), std::cos(0.013 * frame), 0);
   Points now = rest;
-  for (Vector3<double>& p : now) p = turn * p + away;
+  for (fcl::Vector3<double>& p : now) p = turn * p + away;
   return now;
 }
 
@@ -57,8 +58,7 @@ long costOfOurQuery(const AdaptiveBVHModeld& a, const AdaptiveBVHModeld& b,
                     const fcl::Transform3d& tf) {
   const long before = a.recordedWork().bv_tests + a.recordedWork().leaf_tests;
   fcl::DistanceResultd result;
-  adaptive_bvh::distance<double>(&a, fcl::Transform3d::Identity(), &b, tf, fcl::DistanceRequestd(),
-                                 result);
+  adaptive_bvh::distance(&a, fcl::Transform3d::Identity(), &b, tf, fcl::DistanceRequestd(), result);
   return a.recordedWork().bv_tests + a.recordedWork().leaf_tests - before;
 }
 
@@ -73,14 +73,14 @@ struct Case {
 class Soak : public testing::TestWithParam<Case> {};
 
 TEST_P(Soak, LeavesNoTrace) {
-  TriangleMesh<double> mesh = dome<double>(9, 5);
+  TriangleMesh mesh = dome(9, 5);
   const Points rest = mesh.vertices;
   AdaptiveBVHModeld model, obstacle;
   fillModel(mesh, model);
-  fillModel(tube<double>(5, 6), obstacle);
+  fillModel(tube(5, 6), obstacle);
   fcl::Transform3d tf = fcl::Transform3d::Identity();
-  tf.translation() = Vector3<double>(1.4, 0.8, 0.6);
-  adaptive_bvh::CoherentDistanced pair(model.mesh(), obstacle.mesh());
+  tf.translation() = fcl::Vector3<double>(1.4, 0.8, 0.6);
+  adaptive_bvh::CoherentDistance pair(model.mesh(), obstacle.mesh());
 
   std::size_t tracking = 0, heap = 0;
   for (int frame = 1; frame <= kFrames; ++frame) {
@@ -88,11 +88,11 @@ TEST_P(Soak, LeavesNoTrace) {
     model.update(mesh.vertices);
     if (GetParam().ask) {
       fcl::DistanceResultd recorded, result;
-      adaptive_bvh::distance<double>(&model, fcl::Transform3d::Identity(), &obstacle, tf,
-                                     fcl::DistanceRequestd(), recorded);
+      adaptive_bvh::distance(&model, fcl::Transform3d::Identity(), &obstacle, tf,
+                             fcl::DistanceRequestd(), recorded);
       pair.distance(fcl::Transform3d::Identity(), tf, fcl::DistanceRequestd(), result);
       if (frame % 1000 == 0) {
-        const BruteForce<double> all(model, fcl::Transform3d::Identity(), obstacle, tf);
+        const BruteForce all(model, fcl::Transform3d::Identity(), obstacle, tf);
         ASSERT_NEAR(all.distance(), result.min_distance, 1e-12);
         ASSERT_NEAR(all.distance(), recorded.min_distance, 1e-12);
       }
@@ -117,7 +117,7 @@ TEST_P(Soak, LeavesNoTrace) {
   std::mt19937 random(3);
   double fcls = 0, fcls_fresh = 0;
   for (int i = 0; i < 200; ++i) {
-    const fcl::Transform3d pose = randomPose<double>(random, 2.5);
+    const fcl::Transform3d pose = randomPose(random, 2.5);
     fcls += double(costOfFclsQuery(model, obstacle, pose));
     fcls_fresh += double(costOfFclsQuery(fresh, obstacle, pose));
   }

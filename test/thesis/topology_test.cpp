@@ -18,9 +18,9 @@ class Trees : public testing::Test {
  protected:
   using BV = fcl::RSS<S>;
 
-  static std::vector<TriangleMesh<S>> meshes() {
+  static std::vector<TriangleMesh> meshes() {
     std::mt19937 random(testSeed(3));
-    return {plate<S>(1, 1), plate<S>(7, 5), tube<S>(6, 9), soup<S>(50, random), soup<S>(1, random)};
+    return {plate(1, 1), plate(7, 5), tube(6, 9), soup(50, random), soup(1, random)};
   }
   static int depthBelow(const fcl::BVHModel<BV>& model, int i) {
     const auto& node = model.getBV(i);

@@ -18,12 +18,11 @@ using adaptive_bvh::AdaptiveBVHModel;
 using adaptive_bvh::FitnessCriterion;
 using adaptive_bvh::RefitPolicy;
 
-template <typename S>
 class TranslationPropagationOf : public testing::Test {
  protected:
-  using BV = fcl::RSS<S>;
+  using BV = fcl::RSSd;
 
-  TranslationPropagationOf() : mesh_(plate<S>(6, 6)), positions_(mesh_.vertices) {
+  TranslationPropagationOf() : mesh_(plate(6, 6)), positions_(mesh_.vertices) {
     RefitPolicy policy;
     policy.criterion = FitnessCriterion::RefitNone;
     model_.setRefitPolicy(policy);
@@ -42,21 +41,18 @@ class TranslationPropagationOf : public testing::Test {
   }
 
   /// The motion of single precision, rounded up by one part in 2^20 and a little more.
-  static constexpr S kRounding = S(1e-5);
+  static constexpr double kRounding = 1e-5;
 
-  TriangleMesh<S> mesh_;
-  std::vector<Vector3<S>> positions_;
+  TriangleMesh mesh_;
+  std::vector<fcl::Vector3d> positions_;
   AdaptiveBVHModel<BV> model_;
   std::vector<BV> before_;
 };
 
-using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(TranslationPropagationOf, Scalars);
-
-TYPED_TEST(TranslationPropagationOf, ATranslationMovesVolumesAndDoesNotInflateThem) {
-  using S = TypeParam;
-  const Vector3<S> by(S(0.3), S(-0.2), S(0.5));
-  const S rounding = 100 * std::numeric_limits<S>::epsilon();  // of positions up to 5, some times
+TEST_F(TranslationPropagationOf, ATranslationMovesVolumesAndDoesNotInflateThem) {
+  const fcl::Vector3d by(0.3, -0.2, 0.5);
+  const double rounding =
+      100 * std::numeric_limits<double>::epsilon();  // of positions up to 5, some times
   for (int frame = 1; frame <= 5; ++frame) {
     for (auto& p : this->positions_) p += by;
     this->update();
@@ -64,42 +60,40 @@ TYPED_TEST(TranslationPropagationOf, ATranslationMovesVolumesAndDoesNotInflateTh
     EXPECT_EQ(0, this->model_.lastUpdate().inflated);
     for (int i = 0; i < this->model_.getNumBVs(); ++i) {
       const auto &now = this->model_.getBV(i).bv, &then = this->before_[std::size_t(i)];
-      EXPECT_LE((now.To - then.To - S(frame) * by).norm(), S(frame) * rounding) << i;
+      EXPECT_LE((now.To - then.To - double(frame) * by).norm(), double(frame) * rounding) << i;
       EXPECT_GE(now.r, then.r);
-      EXPECT_LE(now.r - then.r, S(frame) * rounding) << i;
+      EXPECT_LE(now.r - then.r, double(frame) * rounding) << i;
       EXPECT_EQ(then.axis, now.axis);
     }
   }
 }
 
 /// A body that is carried along while it deforms a little grows by its deformation.
-TYPED_TEST(TranslationPropagationOf, ACarriedBodyGrowsByItsStrainOnly) {
-  using S = TypeParam;
-  const S strain = std::is_same<S, float>::value ? S(1e-4) : S(1e-9);
+TEST_F(TranslationPropagationOf, ACarriedBodyGrowsByItsStrainOnly) {
+  const double strain = 1e-9;
   for (std::size_t v = 0; v < this->positions_.size(); ++v)
-    this->positions_[v] += Vector3<S>(20, strain * S(v % 2), 0);
+    this->positions_[v] += fcl::Vector3d(20, strain * double(v % 2), 0);
   this->update();
   EXPECT_GT(this->model_.lastUpdate().inflated, this->model_.getNumBVs() / 2);
   for (int i = 0; i < this->model_.getNumBVs(); ++i) {
-    const S grown = this->model_.getBV(i).bv.r - this->before_[std::size_t(i)].r;
+    const double grown = this->model_.getBV(i).bv.r - this->before_[std::size_t(i)].r;
     EXPECT_GE(grown, 0);
-    EXPECT_LE(grown, strain / 2 * S(1.2) + 1000 * std::numeric_limits<S>::epsilon()) << i;
+    EXPECT_LE(grown, strain / 2 * 1.2 + 1000 * std::numeric_limits<double>::epsilon()) << i;
   }
 }
 
 /// Displacements lie in [0, d]: every volume above goes d/2 along and grows by |d|/2.
-TYPED_TEST(TranslationPropagationOf, OneVertexCarriesHalfItsWayAlong) {
-  using S = TypeParam;
-  const Vector3<S> d(S(0.06), S(-0.02), S(0.09));
+TEST_F(TranslationPropagationOf, OneVertexCarriesHalfItsWayAlong) {
+  const fcl::Vector3d d(0.06, -0.02, 0.09);
   this->positions_[24] += d;
   this->update();
   int above = 0;
   for (int i = 0; i < this->model_.getNumBVs(); ++i) {
     const auto &now = this->model_.getBV(i).bv, &then = this->before_[std::size_t(i)];
-    const Vector3<S> shift = now.To - then.To;
-    const bool moved = shift.norm() > S(0.01);
+    const fcl::Vector3d shift = now.To - then.To;
+    const bool moved = shift.norm() > 0.01;
     above += moved;
-    EXPECT_LE((shift - (moved ? (d / 2).eval() : Vector3<S>::Zero().eval())).norm(),
+    EXPECT_LE((shift - (moved ? (d / 2).eval() : fcl::Vector3d::Zero().eval())).norm(),
               this->kRounding);
     EXPECT_NEAR(moved ? d.norm() / 2 : 0, now.r - then.r, this->kRounding) << i;
     EXPECT_NEAR(then.r, this->model_.originalRadius(i), this->kRounding) << i;
@@ -110,13 +104,12 @@ TYPED_TEST(TranslationPropagationOf, OneVertexCarriesHalfItsWayAlong) {
 
 /// Volumes that are not visited grow in every step, but are replaced before they outgrow the boxes
 /// around their triangles.
-TYPED_TEST(TranslationPropagationOf, VolumesThatAreNotVisitedDoNotOutgrowTheirTriangles) {
-  using S = TypeParam;
+TEST_F(TranslationPropagationOf, VolumesThatAreNotVisitedDoNotOutgrowTheirTriangles) {
   RefitPolicy policy;
   policy.criterion = FitnessCriterion::AB;
   this->model_.setRefitPolicy(policy);
-  Deformation<S> bend(this->mesh_, Deformation<S>::Kind::Smooth, 2);
-  S largest = 0;
+  Deformation bend(this->mesh_, Deformation::Kind::Smooth, 2);
+  double largest = 0;
   for (int frame = 0; frame < 400; ++frame) {
     this->positions_ = bend.next();
     // A query that saw nothing: no node counts as visited.
@@ -126,13 +119,13 @@ TYPED_TEST(TranslationPropagationOf, VolumesThatAreNotVisitedDoNotOutgrowTheirTr
         << "those whose turn it is";
     for (int i = 0; i < this->model_.getNumBVs(); ++i) {
       const auto& node = this->model_.getBV(i);
-      Eigen::AlignedBox<S, 3> box;
+      Eigen::AlignedBox<double, 3> box;
       for (int leaf = 0; leaf < node.num_primitives; ++leaf)
         for (const unsigned v :
              this->tree().topology.slots.verticesOf(std::size_t(node.first_primitive + leaf)))
           box.extend(this->positions_[v]);
-      const S diagonal = box.diagonal().norm();
-      const S one_round = S(65 * 0.1);
+      const double diagonal = box.diagonal().norm();
+      const double one_round = double(65 * 0.1);
       ASSERT_LE(this->model_.getBV(i).bv.r, diagonal + one_round) << i;
       largest = std::max(largest, this->model_.getBV(i).bv.r);
     }
@@ -140,99 +133,96 @@ TYPED_TEST(TranslationPropagationOf, VolumesThatAreNotVisitedDoNotOutgrowTheirTr
   // The same without the bound, for comparison.
   RefitPolicy never;
   never.criterion = FitnessCriterion::RefitNone;
-  AdaptiveBVHModel<fcl::RSS<S>> left_alone(never);
+  AdaptiveBVHModel<fcl::RSSd> left_alone(never);
   fillModel(this->mesh_, left_alone);
-  Deformation<S> again(this->mesh_, Deformation<S>::Kind::Smooth, 2);
+  Deformation again(this->mesh_, Deformation::Kind::Smooth, 2);
   for (int frame = 0; frame < 400; ++frame) left_alone.update(again.next());
-  S grown = 0;
+  double grown = 0;
   for (int i = 0; i < left_alone.getNumBVs(); ++i)
     grown = std::max(grown, left_alone.getBV(i).bv.r);
   EXPECT_GT(grown, 5 * largest);
 }
 
 /// The bound on what moving rounds holds for steps of all sizes, and none is lost in it.
-TYPED_TEST(TranslationPropagationOf, SumsOverStepsLoseNothing) {
-  using S = TypeParam;
+TEST_F(TranslationPropagationOf, SumsOverStepsLoseNothing) {
   std::mt19937 random(testSeed(5));
   std::uniform_real_distribution<double> exponent(-9, -1);
   for (int step = 0; step < 3000; ++step) {
-    const S by = S(std::pow(10, exponent(random)));
+    const double by = double(std::pow(10, exponent(random)));
     this->positions_[7][step % 3] += step % 2 ? by : -by;  // one vertex, the others stay
     this->model_.update(this->positions_);
     if (step % 100 != 0) continue;
     for (int i = 0; i < this->model_.getNumBVs(); ++i) {
       const auto& bv = this->model_.getBV(i).bv;
-      ASSERT_LE(adaptive_bvh::Volume<fcl::RSS<S>>::cornerSum(bv),
+      ASSERT_LE(adaptive_bvh::Volume<fcl::RSSd>::cornerSum(bv),
                 this->tree().inflations.coordinateSum());
     }
   }
   std::string reason;
   EXPECT_TRUE(this->model_.validate(&reason)) << reason;
 
-  adaptive_bvh::Inflations<S> bounds;
+  adaptive_bvh::Inflations<double> bounds;
   bounds.include(1);
-  const S little = std::numeric_limits<S>::epsilon() / 64;
+  const double little = std::numeric_limits<double>::epsilon() / 64;
   for (int step = 0; step < 1000; ++step) bounds.extend(little, 1);
   EXPECT_GE(bounds.coordinateSum(), 1 + 4000 * little);
 }
 
 /// At the documented limit nothing overflows.
-TYPED_TEST(TranslationPropagationOf, ManagesTheLargestCoordinates) {
-  using S = TypeParam;
-  const int exponent = std::is_same<S, float>::value ? 28 : 252;
-  const auto scaled = [&](std::vector<Vector3<S>> positions) {
+TEST_F(TranslationPropagationOf, ManagesTheLargestCoordinates) {
+  const int exponent = 252;
+  const auto scaled = [&](std::vector<fcl::Vector3d> positions) {
     for (auto& p : positions)
       for (int k = 0; k < 3; ++k) {
-        p[k] = std::min(std::max(p[k], S(-1)), S(1));
+        p[k] = std::min(std::max(p[k], -1.), 1.);
         p[k] = std::ldexp(p[k], exponent);
       }
     return positions;
   };
-  TriangleMesh<S> mesh = this->mesh_, tool = tube<S>(5, 6);
-  for (auto& p : mesh.vertices) p = 2 * p - Vector3<S>(1, 1, S(0.5));  // corners at the limit
-  for (auto& p : tool.vertices) p *= S(0.5);
-  AdaptiveBVHModel<fcl::RSS<S>> small, other_small, large, other;
+  TriangleMesh mesh = this->mesh_, tool = tube(5, 6);
+  for (auto& p : mesh.vertices) p = 2 * p - fcl::Vector3d(1, 1, 0.5);  // corners at the limit
+  for (auto& p : tool.vertices) p *= 0.5;
+  AdaptiveBVHModel<fcl::RSSd> small, other_small, large, other;
   fillModel(mesh, small);
   fillModel(tool, other_small);
-  fillModel(TriangleMesh<S>{scaled(mesh.vertices), mesh.triangles}, large);
-  fillModel(TriangleMesh<S>{scaled(tool.vertices), tool.triangles}, other);
-  const fcl::Transform3<S> still = fcl::Transform3<S>::Identity();
+  fillModel(TriangleMesh{scaled(mesh.vertices), mesh.triangles}, large);
+  fillModel(TriangleMesh{scaled(tool.vertices), tool.triangles}, other);
+  const fcl::Transform3d still = fcl::Transform3d::Identity();
   for (int frame = 0; frame < 12; ++frame) {
-    std::vector<Vector3<S>> positions = mesh.vertices;
-    for (auto& p : positions) p[2] += S(0.1) * S(frame % 5) * p[0] * p[0];
+    std::vector<fcl::Vector3d> positions = mesh.vertices;
+    for (auto& p : positions) p[2] += 0.1 * double(frame % 5) * p[0] * p[0];
     small.update(positions);
     large.update(scaled(positions));
     std::string reason;
     ASSERT_TRUE(large.validate(&reason)) << reason;
-    const S expected = BruteForce<S>(small, still, other_small, still).distance();
-    const S tolerance = std::is_same<S, float>::value ? S(1e-5) : S(1e-12);
-    fcl::DistanceResult<S> ours, plain;
-    adaptive_bvh::distance<S>(&large, still, &other, still, fcl::DistanceRequest<S>(), ours);
-    fcl::distance<S>(&large, still, &other, still, fcl::DistanceRequest<S>(), plain);
+    const double expected = BruteForce(small, still, other_small, still).distance();
+    const double tolerance = 1e-12;
+    fcl::DistanceResultd ours, plain;
+    adaptive_bvh::distance(&large, still, &other, still, fcl::DistanceRequestd(), ours);
+    fcl::distance(&large, still, &other, still, fcl::DistanceRequestd(), plain);
     EXPECT_NEAR(expected, std::ldexp(ours.min_distance, -exponent), tolerance) << frame;
     EXPECT_NEAR(expected, std::ldexp(plain.min_distance, -exponent), tolerance) << frame;
-    fcl::CollisionResult<S> few, many;
-    const fcl::CollisionRequest<S> all(10000);
-    EXPECT_EQ(adaptive_bvh::collide<S>(&small, still, &other_small, still, all, few),
-              adaptive_bvh::collide<S>(&large, still, &other, still, all, many));
+    fcl::CollisionResultd few, many;
+    const fcl::CollisionRequestd all(10000);
+    EXPECT_EQ(adaptive_bvh::collide(&small, still, &other_small, still, all, few),
+              adaptive_bvh::collide(&large, still, &other, still, all, many));
   }
-  std::vector<Vector3<S>> beyond = scaled(mesh.vertices);
-  beyond[3][1] = std::nextafter(std::ldexp(S(1), exponent), std::numeric_limits<S>::infinity());
+  std::vector<fcl::Vector3d> beyond = scaled(mesh.vertices);
+  beyond[3][1] = std::nextafter(std::ldexp(1., exponent), std::numeric_limits<double>::infinity());
   EXPECT_THROW(large.update(beyond), std::invalid_argument);
   EXPECT_TRUE(large.validate());
 }
 
-TYPED_TEST(TranslationPropagationOf, ManagesHugeAndTinyMeshes) {
-  using S = TypeParam;
-  const S huge = std::is_same<S, float>::value ? S(1e8) : S(1e75);
-  for (const S scale : {1 / huge, S(1e-6), huge}) {
-    AdaptiveBVHModel<fcl::RSS<S>> model;
-    TriangleMesh<S> mesh = this->mesh_;
+TEST_F(TranslationPropagationOf, ManagesHugeAndTinyMeshes) {
+  const double huge = 1e75;
+  for (const double scale : {1 / huge, 1e-6, huge}) {
+    AdaptiveBVHModel<fcl::RSSd> model;
+    TriangleMesh mesh = this->mesh_;
     for (auto& p : mesh.vertices) p *= scale;
     fillModel(mesh, model);
-    Deformation<S> bend(this->mesh_, Deformation<S>::Kind::Smooth, 3);
+    Deformation bend(this->mesh_, Deformation::Kind::Smooth, 3);
     for (int frame = 0; frame < 10; ++frame) {
-      std::vector<Vector3<S>> positions = bend.next();
+      std::vector<fcl::Vector3d> positions = bend.next();
       for (auto& p : positions) p *= scale;
       model.update(positions);
       std::string reason;

@@ -23,10 +23,10 @@ template <typename S>
 class States : public testing::Test {
  protected:
   using BV = fcl::RSS<S>;
-  using P = Vector3<S>;
+  using P = fcl::Vector3<S>;
 
   States() {
-    fillModel(plate<S>(9, 9), model_);
+    fillModel(plate(9, 9), model_);
     model_.computeLocalAABB();
     tree_.assign(model_);
     states_.reset(slots().size());
@@ -64,7 +64,7 @@ class States : public testing::Test {
   AdaptiveTree<BV> tree_;
   VertexStates<S> states_;
   std::vector<P> positions_;
-  RandomGeometry<S> random_{37};
+  RandomGeometryOf<S> random_{37};
 };
 
 using Scalars = testing::Types<float, double>;
@@ -73,7 +73,7 @@ TYPED_TEST_SUITE(States, Scalars);
 /// At the start all stand at the model's positions and nothing moves.
 TYPED_TEST(States, StartAtTheModelsPositions) {
   for (int v = 0; v < this->vertices(); ++v)
-    this->expectState(v, this->model_.vertices[v], Vector3<TypeParam>::Zero());
+    this->expectState(v, this->model_.vertices[v], fcl::Vector3<TypeParam>::Zero());
 }
 
 /// Each vertex' own way is its motion where vertices go different ways; read in parts, as threads
@@ -84,7 +84,7 @@ TYPED_TEST(States, ReadPositionsAndMotions) {
   for (auto& p : this->positions_) p += this->random_.point();
   for (int v = 0; v < this->vertices(); ++v) largest = std::max(largest, this->motion(v).norm());
   this->states_.begin(this->target(), this->input());
-  EXPECT_EQ(Vector3<S>(0, 0, 0), this->states_.commonTranslation());
+  EXPECT_EQ(fcl::Vector3<S>(0, 0, 0), this->states_.commonTranslation());
   const int slots = int(this->slots().size());
   EXPECT_GT(slots, this->vertices()) << "some vertices have several";
   auto summary = this->states_.read(this->target(), this->input(), 0, 5);
@@ -97,11 +97,11 @@ TYPED_TEST(States, ReadPositionsAndMotions) {
 /// What most of a body shares is told once, and each vertex' motion is what it does beyond it.
 TYPED_TEST(States, MotionsAreWhatIsLeftBeyondACommonTranslation) {
   using S = TypeParam;
-  const Vector3<S> shift(300, -200, 100);
+  const fcl::Vector3<S> shift(300, -200, 100);
   for (auto& p : this->positions_) p += shift + this->random_.point() / 10;
   this->states_.begin(this->target(), this->input());
   this->readAll(this->input());
-  const Vector3<S> common = this->states_.commonTranslation();
+  const fcl::Vector3<S> common = this->states_.commonTranslation();
   EXPECT_LT((common - shift).norm(), S(0.2));
   for (int v = 0; v < this->vertices(); ++v)
     this->expectState(v, this->positions_[std::size_t(v)], this->motion(v) - common);
@@ -116,15 +116,15 @@ TYPED_TEST(States, HaveACommonTranslationOnlyWhereAllShareIt) {
     return this->states_.commonTranslation();
   };
   const auto rest = this->positions_;
-  for (auto& p : this->positions_) p += Vector3<S>(0, 0, 8);
-  EXPECT_EQ(Vector3<S>(0, 0, 8), common(StepKind::Replace));
-  EXPECT_EQ(Vector3<S>(0, 0, 0), common(StepKind::TwoFrames));
+  for (auto& p : this->positions_) p += fcl::Vector3<S>(0, 0, 8);
+  EXPECT_EQ(fcl::Vector3<S>(0, 0, 8), common(StepKind::Replace));
+  EXPECT_EQ(fcl::Vector3<S>(0, 0, 0), common(StepKind::TwoFrames));
   for (auto& p : this->positions_) p[2] = 8 + p[0] / 3;  // 8 to 8 1/3: within a sixteenth
-  EXPECT_NE(Vector3<S>(0, 0, 0), common(StepKind::Replace));
+  EXPECT_NE(fcl::Vector3<S>(0, 0, 0), common(StepKind::Replace));
   for (auto& p : this->positions_) p[2] = 8 + p[0] * 2;
-  EXPECT_EQ(Vector3<S>(0, 0, 0), common(StepKind::Replace));
+  EXPECT_EQ(fcl::Vector3<S>(0, 0, 0), common(StepKind::Replace));
   this->positions_ = rest;
-  EXPECT_EQ(Vector3<S>(0, 0, 0), common(StepKind::Replace));
+  EXPECT_EQ(fcl::Vector3<S>(0, 0, 0), common(StepKind::Replace));
 }
 
 /// The origin follows the body, to its middle in the last step that took place; vertices without a
@@ -132,15 +132,15 @@ TYPED_TEST(States, HaveACommonTranslationOnlyWhereAllShareIt) {
 TYPED_TEST(States, TheFrameFollowsTheMiddleOfTheBody) {
   using S = TypeParam;
   const auto middle = [&] {
-    Vector3<S> low = this->positions_[0], high = low;
+    fcl::Vector3<S> low = this->positions_[0], high = low;
     for (const auto& p : this->positions_) {
       low = low.cwiseMin(p);
       high = high.cwiseMax(p);
     }
-    return Vector3<S>((low + high) / 2);
+    return fcl::Vector3<S>((low + high) / 2);
   };
-  const Vector3<S> before = middle();
-  for (auto& p : this->positions_) p += Vector3<S>(1, 2, 3) + this->random_.point() / 10;
+  const fcl::Vector3<S> before = middle();
+  for (auto& p : this->positions_) p += fcl::Vector3<S>(1, 2, 3) + this->random_.point() / 10;
   this->states_.begin(this->target(), this->input());
   EXPECT_LT((before - this->states_.frame().origin()).norm(), 1e-6);
   const auto seen = this->readAll(this->input());
@@ -172,14 +172,15 @@ TYPED_TEST(States, KeepTheStepBeforeOfTwoFrames) {
 TYPED_TEST(States, ReadSomeVertices) {
   using S = TypeParam;
   DirtyNodes nodes = this->tree_.topology.dirtyNodes(this->tree_.positions.size());
-  const auto read = [&](const std::vector<unsigned>& indices, const std::vector<Vector3<S>>& to) {
+  const auto read = [&](const std::vector<unsigned>& indices,
+                        const std::vector<fcl::Vector3<S>>& to) {
     const unsigned none = 0;
     const StepInput<S> input{StepKind::Replace, to.data(), to.size(),
                              indices.empty() ? &none : indices.data()};
-    std::map<unsigned, Vector3<S>> seen;
+    std::map<unsigned, fcl::Vector3<S>> seen;
     this->states_.begin(this->target(), input);
-    const auto summary =
-        this->states_.readSome(this->target(), input, nodes, [&](unsigned v, const Vector3<S>& p) {
+    const auto summary = this->states_.readSome(
+        this->target(), input, nodes, [&](unsigned v, const fcl::Vector3<S>& p) {
           EXPECT_TRUE(seen.emplace(v, p).second) << v << " twice";
         });
     this->states_.accept(summary);
@@ -193,7 +194,7 @@ TYPED_TEST(States, ReadSomeVertices) {
   this->states_.begin(this->target(), this->input());
   this->readAll(this->input());
   this->tree_.positions = this->positions_;
-  using P = Vector3<S>;
+  using P = fcl::Vector3<S>;
   const auto seen = read({3, 7, 3}, {P(1, 1, 1), P(2, 2, 2), P(3, 3, 3)});
   EXPECT_EQ(2u, seen.size());
   EXPECT_EQ(P(3, 3, 3), seen.at(3)) << "the last one given";
@@ -204,18 +205,19 @@ TYPED_TEST(States, ReadSomeVertices) {
 /// What was read and then discarded is not what the next step of some vertices goes on from.
 TYPED_TEST(States, ForgetWhatWasDiscarded) {
   using S = TypeParam;
-  for (auto& p : this->positions_) p += Vector3<S>(0, 0, 5);
+  for (auto& p : this->positions_) p += fcl::Vector3<S>(0, 0, 5);
   this->states_.begin(this->target(), this->input());
   this->readAll(this->input());
   this->states_.discard();
   const std::vector<unsigned> index = {2};
-  const std::vector<Vector3<S>> to = {Vector3<S>(1, 1, 1)};
+  const std::vector<fcl::Vector3<S>> to = {fcl::Vector3<S>(1, 1, 1)};
   const StepInput<S> input{StepKind::Replace, to.data(), 1, index.data()};
   this->states_.begin(this->target(), input);
   DirtyNodes nodes = this->tree_.topology.dirtyNodes(this->tree_.positions.size());
-  this->states_.readSome(this->target(), input, nodes, [](unsigned, const Vector3<S>&) {});
+  this->states_.readSome(this->target(), input, nodes, [](unsigned, const fcl::Vector3<S>&) {});
   for (int v = 0; v < this->vertices(); ++v)
-    if (v != 2) this->expectState(v, this->tree_.positions[std::size_t(v)], Vector3<S>::Zero());
+    if (v != 2)
+      this->expectState(v, this->tree_.positions[std::size_t(v)], fcl::Vector3<S>::Zero());
   this->expectState(2, to[0], to[0] - this->tree_.positions[2]);
 }
 

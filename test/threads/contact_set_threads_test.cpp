@@ -26,8 +26,7 @@ struct Held {
   std::vector<adaptive_bvh::FeaturePair> pairs[4];
   std::vector<unsigned> added[4], removed[4];
 
-  template <typename S>
-  explicit Held(const ContactSet<S>& set) {
+  explicit Held(const ContactSet& set) {
     const NumberedPairs* const lists[] = {&set.triangles(), &set.features(FeatureKind::VertexFace),
                                           &set.features(FeatureKind::FaceVertex),
                                           &set.features(FeatureKind::EdgeEdge)};
@@ -46,26 +45,25 @@ struct Held {
   }
 };
 
-template <typename S>
 class ContactSetThreads : public testing::Test {
  protected:
   static constexpr int kThreads = 4, kSteps = 6;
-  using Mesh = DeformableMesh<S>;
+  using Mesh = DeformableMesh;
 
-  TriangleMesh<S> crumpled(int columns, int rows) {
-    TriangleMesh<S> mesh = plate<S>(columns, rows);
-    for (Vector3<S>& p : mesh.vertices) p += random_.point() * S(0.015);
+  TriangleMesh crumpled(int columns, int rows) {
+    TriangleMesh mesh = plate(columns, rows);
+    for (fcl::Vector3d& p : mesh.vertices) p += random_.point() * 0.015;
     return mesh;
   }
-  static ContactSetRequest<S> request(ContactElements elements) {
-    ContactSetRequest<S> request;
-    request.distance = S(0.02);
+  static ContactSetRequest request(ContactElements elements) {
+    ContactSetRequest request;
+    request.distance = 0.02;
     request.elements = elements;
     return request;
   }
   /// A little, or a lot.
   void move(Mesh& mesh, int step) {
-    const S by = step % 4 == 3 ? S(0.03) : S(0.0005);
+    const double by = step % 4 == 3 ? 0.03 : 0.0005;
     moveVertices(mesh, [&](auto& p) { p += random_.point() * by; });
   }
   /// Runs act(i) on a thread for each i.
@@ -76,7 +74,7 @@ class ContactSetThreads : public testing::Test {
     for (std::thread& thread : threads) thread.join();
   }
   /// Updates the first set alone, then all others at once: they hold the same.
-  void expectSame(std::vector<std::unique_ptr<ContactSet<S>>>& sets) {
+  void expectSame(std::vector<std::unique_ptr<ContactSet>>& sets) {
     sets[0]->update();
     const Held expected(*sets[0]);
     std::atomic<int> different{0};
@@ -87,46 +85,41 @@ class ContactSetThreads : public testing::Test {
     EXPECT_EQ(0, different);
   }
 
-  RandomGeometry<S> random_{5505};
+  RandomGeometry random_{5505};
 };
 
-TYPED_TEST_SUITE(ContactSetThreads, MeshScalars);
-
-TYPED_TEST(ContactSetThreads, HaveSetsOfTheSameMeshes) {
-  using S = TypeParam;
-  DeformableMesh<S> first(this->crumpled(18, 18)), second(this->crumpled(15, 15));
+TEST_F(ContactSetThreads, HaveSetsOfTheSameMeshes) {
+  DeformableMesh first(this->crumpled(18, 18)), second(this->crumpled(15, 15));
   for (const ContactElements elements : {ContactElements::Triangles, ContactElements::Features})
     for (const bool is_self : {true, false}) {
-      std::vector<std::unique_ptr<ContactSet<S>>> sets;
+      std::vector<std::unique_ptr<ContactSet>> sets;
       for (int i = 0; i <= this->kThreads; ++i)
-        sets.push_back(
-            is_self ? std::make_unique<ContactSet<S>>(first, this->request(elements))
-                    : std::make_unique<ContactSet<S>>(first, second, this->request(elements)));
+        sets.push_back(is_self
+                           ? std::make_unique<ContactSet>(first, this->request(elements))
+                           : std::make_unique<ContactSet>(first, second, this->request(elements)));
       for (int step = 0; step < this->kSteps; ++step) {
         this->move(first, step);
-        first.setQueryThreads(1 + step % 3);
+        first.setThreads(1 + step % 3);
         this->expectSame(sets);
       }
       EXPECT_GT(sets[0]->size(), 200u);
     }
 }
 
-TYPED_TEST(ContactSetThreads, HaveSetsOfTheSameScene) {
-  using S = TypeParam;
-  Scene<S> scene;
-  std::vector<std::shared_ptr<DeformableMesh<S>>> meshes;
+TEST_F(ContactSetThreads, HaveSetsOfTheSameScene) {
+  Scene scene;
+  std::vector<std::shared_ptr<DeformableMesh>> meshes;
   for (int i = 0; i < 5; ++i) {
-    meshes.push_back(std::make_shared<DeformableMesh<S>>(this->crumpled(12, 12)));
-    fcl::Transform3<S> tf = fcl::Transform3<S>::Identity();
-    tf.translation() = this->random_.point() * S(0.1);
+    meshes.push_back(std::make_shared<DeformableMesh>(this->crumpled(12, 12)));
+    fcl::Transform3d tf = fcl::Transform3d::Identity();
+    tf.translation() = this->random_.point() * 0.1;
     adaptive_bvh::BodyOptions options;
     options.self_collision = i % 2 == 0;
     scene.add(meshes.back(), tf, options);
   }
-  std::vector<std::unique_ptr<ContactSet<S>>> sets;
+  std::vector<std::unique_ptr<ContactSet>> sets;
   for (int i = 0; i <= this->kThreads; ++i)
-    sets.push_back(
-        std::make_unique<ContactSet<S>>(scene, this->request(ContactElements::Triangles)));
+    sets.push_back(std::make_unique<ContactSet>(scene, this->request(ContactElements::Triangles)));
   for (int step = 0; step < this->kSteps; ++step) {
     this->move(*meshes[std::size_t(step % 5)], step);
     scene.setThreads(1 + step % 3);
@@ -137,16 +130,15 @@ TYPED_TEST(ContactSetThreads, HaveSetsOfTheSameScene) {
 }
 
 /// Numbers do not depend on the number of threads of an update.
-TYPED_TEST(ContactSetThreads, DoNotChangeNumbers) {
-  using S = TypeParam;
-  DeformableMesh<S> mesh(this->crumpled(32, 32));
+TEST_F(ContactSetThreads, DoNotChangeNumbers) {
+  DeformableMesh mesh(this->crumpled(32, 32));
   for (const ContactElements elements : {ContactElements::Triangles, ContactElements::Features}) {
-    ContactSet<S> alone(mesh, this->request(elements)), on_many(mesh, this->request(elements));
+    ContactSet alone(mesh, this->request(elements)), on_many(mesh, this->request(elements));
     for (int step = 0; step < this->kSteps; ++step) {
       this->move(mesh, step);
-      mesh.setQueryThreads(1);
+      mesh.setThreads(1);
       alone.update();
-      mesh.setQueryThreads(2 + step);
+      mesh.setThreads(2 + step);
       on_many.update();
       EXPECT_TRUE(Held(alone) == Held(on_many)) << step;
     }

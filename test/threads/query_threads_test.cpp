@@ -26,56 +26,53 @@ namespace query_threads_test {
 using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::NeighbourFilter;
 
-template <typename S>
-bool sameBits(const Vector3<S>& a, const Vector3<S>& b) {
-  return std::memcmp(a.data(), b.data(), 3 * sizeof(S)) == 0;
+bool sameBits(const fcl::Vector3d& a, const fcl::Vector3d& b) {
+  return std::memcmp(a.data(), b.data(), 3 * sizeof(double)) == 0;
 }
 
 /// Of a number that is not computed, NaN, too.
-template <typename S>
-bool same(const fcl::Contact<S>& a, const fcl::Contact<S>& b) {
+bool same(const fcl::Contactd& a, const fcl::Contactd& b) {
   return a.o1 == b.o1 && a.o2 == b.o2 && a.b1 == b.b1 && a.b2 == b.b2 && sameBits(a.pos, b.pos) &&
          sameBits(a.normal, b.normal) &&
-         std::memcmp(&a.penetration_depth, &b.penetration_depth, sizeof(S)) == 0;
+         std::memcmp(&a.penetration_depth, &b.penetration_depth, sizeof(double)) == 0;
 }
 
-template <typename S>
 class QueryThreads : public testing::Test {
  protected:
-  using Model = DeformableMesh<S>;
-  using Request = fcl::CollisionRequest<S>;
-  using Result = fcl::CollisionResult<S>;
+  using Model = DeformableMesh;
+  using Request = fcl::CollisionRequestd;
+  using Result = fcl::CollisionResultd;
 
   /// Crumpled sheets, of 9,800 and of 5,000 triangles, through each other.
   QueryThreads() {
     tf1_ = random_.pose(1);
     tf2_ = tf1_;
-    tf2_.rotate(Eigen::AngleAxis<S>(S(0.02), Vector3<S>::UnitX()));
+    tf2_.rotate(Eigen::AngleAxis<double>(0.02, fcl::Vector3d::UnitX()));
   }
 
-  TriangleMesh<S> crumpled(int columns, int rows) {
-    TriangleMesh<S> mesh = plate<S>(columns, rows);
-    for (Vector3<S>& p : mesh.vertices) p += random_.point() * S(0.015);
+  TriangleMesh crumpled(int columns, int rows) {
+    TriangleMesh mesh = plate(columns, rows);
+    for (fcl::Vector3d& p : mesh.vertices) p += random_.point() * 0.015;
     return mesh;
   }
 
   void self(const Request& request, NeighbourFilter filter, Result& result) {
-    selfCollide(first_, tf1_, request, result, filter);
+    selfCollide(first_, tf1_, {filter}, request, result);
   }
   void both(const Request& request, Result& result) {
-    adaptive_bvh::collide<S>(&first_, tf1_, &second_, tf2_, request, result);
+    adaptive_bvh::collide(&first_, tf1_, &second_, tf2_, request, result);
   }
 
   /// What `ask` finds on one, two, three and eight threads.
   template <typename Ask>
   void expectSame(const Ask& ask, std::size_t least = 1) {
     Result expected;
-    first_.setQueryThreads(1);
+    first_.setThreads(1);
     ask(expected);
     EXPECT_GE(expected.numContacts(), least);
     for (int threads : {2, 3, 8}) {
       Result result;
-      first_.setQueryThreads(threads);
+      first_.setThreads(threads);
       ask(result);
       ASSERT_EQ(expected.numContacts(), result.numContacts());
       int different = 0;
@@ -86,32 +83,28 @@ class QueryThreads : public testing::Test {
   }
 
   const Request all_{1000000}, with_fields_{1000000, true};
-  RandomGeometry<S> random_{5};
+  RandomGeometry random_{5};
   Model first_{crumpled(70, 70)}, second_{crumpled(50, 50)};
-  fcl::Transform3<S> tf1_, tf2_;
+  fcl::Transform3d tf1_, tf2_;
 };
 
-TYPED_TEST_SUITE(QueryThreads, QueryScalars);
-
-TYPED_TEST(QueryThreads, NearPairsAndPointsAreThoseOfOneThreadInItsOrder) {
-  using S = TypeParam;
+TEST_F(QueryThreads, NearPairsAndPointsAreThoseOfOneThreadInItsOrder) {
   struct Answers {
-    adaptive_bvh::TrianglePairs<S> own, both;
+    adaptive_bvh::TrianglePairs own, both;
     adaptive_bvh::FeaturePairs features;
-    std::vector<S> clearance;
+    std::vector<double> clearance;
   };
   const auto ask = [this](int threads) {
-    this->first_.setQueryThreads(threads);
-    this->second_.setQueryThreads(threads);
-    adaptive_bvh::ProximityRequest<S> request;
-    request.distance = S(0.02);
+    this->first_.setThreads(threads);
+    this->second_.setThreads(threads);
+    adaptive_bvh::ProximityRequest request;
+    request.distance = 0.02;
     request.enable_distances = request.enable_nearest_points = true;
     Answers answers;
-    pairsWithin(this->first_, request, answers.own);
+    selfPairsWithin(this->first_, request, answers.own);
     pairsWithin(this->first_, this->tf1_, this->second_, this->tf2_, request, answers.both);
-    featurePairsWithin(this->first_, this->tf1_, this->second_, this->tf2_, S(0.01),
-                       answers.features);
-    clearance(this->first_, this->tf1_, this->second_, this->tf2_, S(1), answers.clearance);
+    featurePairsWithin(this->first_, this->tf1_, this->second_, this->tf2_, 0.01, answers.features);
+    vertexDistances(this->first_, this->tf1_, this->second_, this->tf2_, 1., answers.clearance);
     return answers;
   };
   const Answers expected = ask(1);
@@ -132,26 +125,25 @@ TYPED_TEST(QueryThreads, NearPairsAndPointsAreThoseOfOneThreadInItsOrder) {
 }
 
 /// Contacts of vertices, and answers about points.
-TYPED_TEST(QueryThreads, VertexContactsAndPointsAreThoseOfOneThread) {
-  using S = TypeParam;
-  DeformableMesh<S> a(gridBall<S>(90, 60)), b(gridBall<S>(80, 50)), open(dome<S>(30, 12));
-  fcl::Transform3<S> tf = fcl::Transform3<S>::Identity(), above = tf;
-  above.translation() = Vector3<S>(S(0.1), S(0.2), S(0.4));
-  adaptive_bvh::VertexContacts<S> expected, now;
-  std::vector<S> distances, numbers, distances_now, numbers_now;
-  std::vector<adaptive_bvh::ClosestFeature<S>> features, features_now;
-  adaptive_bvh::DistanceDerivatives<S> derivatives, derivatives_now;
-  vertexContacts(a, tf, b, above, S(0.1), expected);
+TEST_F(QueryThreads, VertexContactsAndPointsAreThoseOfOneThread) {
+  DeformableMesh a(gridBall(90, 60)), b(gridBall(80, 50)), open(dome(30, 12));
+  fcl::Transform3d tf = fcl::Transform3d::Identity(), above = tf;
+  above.translation() = fcl::Vector3d(0.1, 0.2, 0.4);
+  adaptive_bvh::VertexContacts expected, now;
+  std::vector<double> distances, numbers, distances_now, numbers_now;
+  std::vector<adaptive_bvh::ClosestFeature> features, features_now;
+  adaptive_bvh::DistanceDerivatives derivatives, derivatives_now;
+  vertexContacts(a, tf, b, above, 0.1, expected);
   distanceDerivatives(a, tf, b, above, expected, derivatives);
   signedDistances(b, a.vertices(), distances);
   windingNumbers(open, a.vertices(), numbers);
-  closestFeatures(b, a.vertices(), S(1), features);
+  closestFeatures(b, a.vertices(), 1., features);
   EXPECT_GT(expected.size(), 2000u) << "several batches";
   for (const int threads : {2, 3, 8}) {
-    a.setQueryThreads(threads);
-    b.setQueryThreads(threads);
-    open.setQueryThreads(threads);
-    vertexContacts(a, tf, b, above, S(0.1), now);
+    a.setThreads(threads);
+    b.setThreads(threads);
+    open.setThreads(threads);
+    vertexContacts(a, tf, b, above, 0.1, now);
     EXPECT_EQ(expected.vertices, now.vertices);
     EXPECT_EQ(expected.distances, now.distances);
     EXPECT_EQ(expected.nearest_points, now.nearest_points);
@@ -165,7 +157,7 @@ TYPED_TEST(QueryThreads, VertexContactsAndPointsAreThoseOfOneThread) {
     EXPECT_EQ(derivatives.second.vertices, derivatives_now.second.vertices);
     signedDistances(b, a.vertices(), distances_now);
     windingNumbers(open, a.vertices(), numbers_now);
-    closestFeatures(b, a.vertices(), S(1), features_now);
+    closestFeatures(b, a.vertices(), 1., features_now);
     EXPECT_EQ(distances, distances_now);
     EXPECT_EQ(numbers, numbers_now);
     for (std::size_t i = 0; i < features.size(); ++i) {
@@ -176,18 +168,18 @@ TYPED_TEST(QueryThreads, VertexContactsAndPointsAreThoseOfOneThread) {
 }
 
 /// Results may be used again: of queries with more pairs, or with fields that are not wanted now.
-TYPED_TEST(QueryThreads, OverwriteNearPairsOfBefore) {
-  using S = TypeParam;
-  using Pairs = adaptive_bvh::TrianglePairs<S>;
+TEST_F(QueryThreads, OverwriteNearPairsOfBefore) {
+  using Pairs = adaptive_bvh::TrianglePairs;
   using Features = adaptive_bvh::FeaturePairs;
   const auto ask = [this](int threads, double distance, bool fields, Pairs& pairs,
                           Features& features) {
-    this->first_.setQueryThreads(threads);
-    adaptive_bvh::ProximityRequest<S> request;
-    request.distance = S(distance);
+    this->first_.setThreads(threads);
+    adaptive_bvh::ProximityRequest request;
+    request.distance = double(distance);
     request.enable_distances = request.enable_nearest_points = fields;
-    pairsWithin(this->first_, request, pairs);
-    featurePairsWithin(this->first_, this->tf1_, this->second_, this->tf2_, S(distance), features);
+    selfPairsWithin(this->first_, request, pairs);
+    featurePairsWithin(this->first_, this->tf1_, this->second_, this->tf2_, double(distance),
+                       features);
   };
   for (const int threads : {1, 3}) {
     Pairs reused;
@@ -209,8 +201,7 @@ TYPED_TEST(QueryThreads, OverwriteNearPairsOfBefore) {
   }
 }
 
-TYPED_TEST(QueryThreads, GiveTheContactsOfOne) {
-  using Result = typename TestFixture::Result;
+TEST_F(QueryThreads, GiveTheContactsOfOne) {
   for (NeighbourFilter filter :
        {NeighbourFilter::SharedVertex, NeighbourFilter::SharedEdge, NeighbourFilter::None})
     for (const auto* request : {&this->all_, &this->with_fields_})
@@ -220,9 +211,8 @@ TYPED_TEST(QueryThreads, GiveTheContactsOfOne) {
 }
 
 /// The first of them, where fewer are wanted; also after those of an older query.
-TYPED_TEST(QueryThreads, StopWhereOneDoes) {
-  using Request = typename TestFixture::Request;
-  using Result = typename TestFixture::Result;
+TEST_F(QueryThreads, StopWhereOneDoes) {
+  using Request = Request;
   for (std::size_t most : {1, 2, 3, 17, 400, 2000}) {
     const Request request(most, true), more(most + 5, true);
     const auto self = [&](Result& result) {
@@ -241,33 +231,30 @@ TYPED_TEST(QueryThreads, StopWhereOneDoes) {
 }
 
 /// Costs are found, too, and a search of little.
-TYPED_TEST(QueryThreads, TakeEveryRequest) {
-  using Request = typename TestFixture::Request;
-  using Result = typename TestFixture::Result;
+TEST_F(QueryThreads, TakeEveryRequest) {
+  using Request = Request;
   std::vector<std::size_t> costs;
   this->expectSame([&](Result& result) {
     this->both(Request(20, false, 10, true), result);
-    std::vector<fcl::CostSource<TypeParam>> sources;
+    std::vector<fcl::CostSourced> sources;
     result.getCostSources(sources);
     costs.push_back(sources.size());
   });
   EXPECT_EQ(std::vector<std::size_t>(4, 10), costs);
-  this->tf2_.translation() += fcl::Vector3<TypeParam>(1, 1, 1) * TypeParam(0.9);
+  this->tf2_.translation() += fcl::Vector3d(1, 1, 1) * 0.9;
   this->expectSame([&](Result& result) { this->both(this->all_, result); }, 0);
 }
 
 /// The number belongs to the mesh, goes along with it, and is checked.
-TYPED_TEST(QueryThreads, AreASettingOfTheMesh) {
-  using Result = typename TestFixture::Result;
-  using Model = typename TestFixture::Model;
-  EXPECT_THROW(this->first_.setQueryThreads(0), std::invalid_argument);
-  EXPECT_THROW(this->first_.setQueryThreads(-3), std::invalid_argument);
-  this->first_.setQueryThreads(2);
+TEST_F(QueryThreads, AreASettingOfTheMesh) {
+  EXPECT_THROW(this->first_.setThreads(0), std::invalid_argument);
+  EXPECT_THROW(this->first_.setThreads(-3), std::invalid_argument);
+  this->first_.setThreads(2);
   const Model copy(this->first_);
-  EXPECT_EQ(2, adaptive_bvh::detail::MeshAccess<TypeParam>::state(copy).query_threads);
+  EXPECT_EQ(2, adaptive_bvh::detail::MeshAccess::state(copy).threads);
   Result expected, result;
   this->self(this->all_, NeighbourFilter::SharedVertex, expected);
-  selfCollide(copy, this->tf1_, this->all_, result);
+  selfCollide(copy, this->tf1_, {}, this->all_, result);
   EXPECT_EQ(expected.numContacts(), result.numContacts());
 }
 
@@ -275,9 +262,9 @@ TYPED_TEST(QueryThreads, AreASettingOfTheMesh) {
 /// it.
 TEST(AlignedTrees, TakeTheThreadsOfEitherMesh) {
   const auto bytesWith = [](int first_threads, int second_threads) {
-    DeformableMesh<double> first(plate<double>(20, 20)), second(plate<double>(20, 20));
-    first.setQueryThreads(first_threads);
-    second.setQueryThreads(second_threads);
+    DeformableMesh first(plate(20, 20)), second(plate(20, 20));
+    first.setThreads(first_threads);
+    second.setThreads(second_threads);
     fcl::Transform3d turned = fcl::Transform3d::Identity();
     turned.rotate(Eigen::AngleAxisd(0.3, fcl::Vector3d::UnitZ()));
     const adaptive_bvh::PlacedMesh one(first, fcl::Transform3d::Identity()), two(second, turned);
@@ -294,12 +281,11 @@ TEST(AlignedTrees, TakeTheThreadsOfEitherMesh) {
 }
 
 /// Users' threads query shared meshes at once, each of them on several.
-TYPED_TEST(QueryThreads, ServeManyUsers) {
-  using Result = typename TestFixture::Result;
+TEST_F(QueryThreads, ServeManyUsers) {
   Result self, both;
   this->self(this->with_fields_, NeighbourFilter::SharedVertex, self);
   this->both(this->with_fields_, both);
-  this->first_.setQueryThreads(3);
+  this->first_.setThreads(3);
   std::atomic<int> different{0};
   const auto compare = [&](const Result& expected, const Result& result) {
     different += expected.numContacts() != result.numContacts();

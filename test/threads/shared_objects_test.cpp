@@ -35,11 +35,11 @@ constexpr int kPoses = 40;
 class Threads : public testing::Test {
  protected:
   Threads() {
-    const TriangleMesh<double> sheet = plate<double>(8, 8), hose = tube<double>(6, 8);
+    const TriangleMesh sheet = plate(8, 8), hose = tube(6, 8);
     fillModel(sheet, a_);
     fillModel(hose, b_);
-    Deformation<double> bend_a(sheet, Deformation<double>::Kind::Smooth, 1);
-    Deformation<double> bend_b(hose, Deformation<double>::Kind::Smooth, 2);
+    Deformation bend_a(sheet, Deformation::Kind::Smooth, 1);
+    Deformation bend_b(hose, Deformation::Kind::Smooth, 2);
     for (int frame = 0; frame < 10; ++frame) {
       a_.update(bend_a.next());
       b_.update(bend_b.next());
@@ -47,8 +47,8 @@ class Threads : public testing::Test {
     last_ = bend_a.positions();
     std::mt19937 random(testSeed(3));
     for (int i = 0; i < kPoses; ++i) {
-      poses_.push_back(randomPose<double>(random, 0.5));
-      poses_.push_back(randomPose<double>(random, 0.5));
+      poses_.push_back(randomPose(random, 0.5));
+      poses_.push_back(randomPose(random, 0.5));
     }
   }
 
@@ -100,7 +100,7 @@ class Threads : public testing::Test {
   }
 
   AdaptiveModel a_, b_;
-  std::vector<Vector3<double>> last_;
+  std::vector<fcl::Vector3d> last_;
   std::vector<fcl::Transform3d> poses_;
 };
 
@@ -187,13 +187,13 @@ TEST_F(Threads, LookIntoAModelThatAnotherRepairs) {
 /// vertices all or some, and is destroyed in the end. They get the answers for the positions at
 /// which the copy was made.
 TEST_F(Threads, QueryASnapshotWhileTheOriginalIsUpdated) {
-  using adaptive_bvh::DeformableMeshd;
+  using adaptive_bvh::DeformableMesh;
   constexpr int kFrames = 24, kReaders = 3;
-  const TriangleMesh<double> sheet = plate<double>(12, 12);
-  const DeformableMeshd hose(tube<double>(6, 8));
+  const TriangleMesh sheet = plate(12, 12);
+  const DeformableMesh hose(tube(6, 8));
   const fcl::Transform3d still = fcl::Transform3d::Identity();
   fcl::Transform3d above = still;
-  above.translation() = Vector3<double>(-0.5, 0.4, 0.3);
+  above.translation() = fcl::Vector3d(-0.5, 0.4, 0.3);
 
   struct Found {
     double distance;
@@ -203,31 +203,31 @@ TEST_F(Threads, QueryASnapshotWhileTheOriginalIsUpdated) {
              pairs == o.pairs;
     }
   };
-  const auto find = [&](const DeformableMeshd& mesh) -> Found {
+  const auto find = [&](const DeformableMesh& mesh) -> Found {
     fcl::DistanceResultd distance;
     fcl::CollisionResultd contacts, own_contacts;
     const fcl::CollisionRequestd all(1000);
-    adaptive_bvh::ProximityRequest<double> request;
+    adaptive_bvh::ProximityRequest request;
     request.distance = 0.2;
-    adaptive_bvh::TrianglePairs<double> pairs;
-    adaptive_bvh::distance<double>(&mesh, still, &hose, above, fcl::DistanceRequestd(), distance);
-    adaptive_bvh::collide<double>(&mesh, still, &hose, above, all, contacts);
-    selfCollide(mesh, all, own_contacts, adaptive_bvh::NeighbourFilter::SharedEdge);
+    adaptive_bvh::TrianglePairs pairs;
+    adaptive_bvh::distance(&mesh, still, &hose, above, fcl::DistanceRequestd(), distance);
+    adaptive_bvh::collide(&mesh, still, &hose, above, all, contacts);
+    selfCollide(mesh, {adaptive_bvh::NeighbourFilter::SharedEdge}, all, own_contacts);
     pairsWithin(mesh, still, hose, above, request, pairs);
     return {distance.min_distance, contacts.numContacts(), own_contacts.numContacts(),
             pairs.size()};
   };
 
-  std::vector<std::vector<Vector3<double>>> positions;
-  Deformation<double> bend(sheet, Deformation<double>::Kind::Smooth, 1);
+  std::vector<std::vector<fcl::Vector3d>> positions;
+  Deformation bend(sheet, Deformation::Kind::Smooth, 1);
   for (int frame = 0; frame < kFrames; ++frame) positions.push_back(bend.next());
   std::vector<unsigned> some;
   for (unsigned v = 0; v < 20; ++v) some.push_back(v);
 
-  auto original = std::make_unique<DeformableMeshd>(sheet);
+  auto original = std::make_unique<DeformableMesh>(sheet);
   for (std::size_t frame = 0; frame < positions.size(); ++frame) {
     original->update(positions[frame]);
-    const DeformableMeshd snapshot(*original);
+    const DeformableMesh snapshot(*original);
     const Found expected = find(snapshot);
     std::atomic<int> done{0}, wrong{0};
     std::vector<std::thread> threads;
@@ -257,10 +257,10 @@ TEST_F(Threads, QueryASnapshotWhileTheOriginalIsUpdated) {
 /// whichever way it asks.
 TEST(ReadersAndWriters, ShareAModel) {
   constexpr int kFrames = 60, kReaders = 4, kWriters = 2;
-  const TriangleMesh<double> sheet = plate<double>(8, 8), hose = tube<double>(6, 8);
+  const TriangleMesh sheet = plate(8, 8), hose = tube(6, 8);
   const fcl::Transform3d still = fcl::Transform3d::Identity();
   fcl::Transform3d above = still;
-  above.translation() = Vector3<double>(-0.5, 0.4, 0.3);
+  above.translation() = fcl::Vector3d(-0.5, 0.4, 0.3);
   const fcl::Boxd box(0.4, 0.5, 0.6);
   const fcl::CollisionRequestd all(1000);
 
@@ -269,17 +269,17 @@ TEST(ReadersAndWriters, ShareAModel) {
     std::size_t contacts, own_contacts;
   };
   const auto ask = [&](const AdaptiveModel& a, const AdaptiveModel& b,
-                       adaptive_bvh::CoherentDistanced* pair) -> Frame {
+                       adaptive_bvh::CoherentDistance* pair) -> Frame {
     fcl::DistanceResultd distance, to_box;
     fcl::CollisionResultd contacts, own_contacts;
     const fcl::DistanceRequestd request;
     if (pair)
       pair->distance(still, above, request, distance);
     else
-      adaptive_bvh::distance<double>(&a, still, &b, above, request, distance);
-    adaptive_bvh::distance<double>(&a, still, &box, above, request, to_box);
-    adaptive_bvh::collide<double>(&a, still, &b, above, all, contacts);
-    selfCollide(a.mesh(), all, own_contacts, adaptive_bvh::NeighbourFilter::SharedEdge);
+      adaptive_bvh::distance(&a, still, &b, above, request, distance);
+    adaptive_bvh::distance(&a, still, &box, above, request, to_box);
+    adaptive_bvh::collide(&a, still, &b, above, all, contacts);
+    selfCollide(a.mesh(), {adaptive_bvh::NeighbourFilter::SharedEdge}, all, own_contacts);
     return {distance.min_distance, to_box.min_distance, contacts.numContacts(),
             own_contacts.numContacts()};
   };
@@ -289,11 +289,11 @@ TEST(ReadersAndWriters, ShareAModel) {
   fillModel(hose, b);
   a.mesh();
   b.mesh();
-  std::vector<std::vector<Vector3<double>>> positions;
+  std::vector<std::vector<fcl::Vector3d>> positions;
   std::vector<Frame> expected;
   {
     AdaptiveModel alone(a);
-    Deformation<double> bend(sheet, Deformation<double>::Kind::Smooth, 1);
+    Deformation bend(sheet, Deformation::Kind::Smooth, 1);
     for (int frame = 0; frame < kFrames; ++frame) {
       positions.push_back(bend.next());
       alone.update(positions.back());
@@ -309,7 +309,7 @@ TEST(ReadersAndWriters, ShareAModel) {
   std::vector<std::thread> threads;
   for (int reader = 0; reader < kReaders; ++reader)
     threads.emplace_back([&, reader] {
-      std::optional<adaptive_bvh::CoherentDistanced> pair;
+      std::optional<adaptive_bvh::CoherentDistance> pair;
       {
         const std::shared_lock<std::shared_mutex> lock(mutex);
         const AdaptiveModel &first = a, &second = b;
@@ -358,14 +358,14 @@ TEST(ReadersAndWriters, ShareAModel) {
 
 /// Updates on several threads leave the bits of updates on one.
 TEST(UpdateThreads, GiveTheSameBits) {
-  const TriangleMesh<double> mesh = plate<double>(160, 160);  // 51,200 triangles: above the limit
+  const TriangleMesh mesh = plate(160, 160);  // 51,200 triangles: above the limit
   AdaptiveModel one, three;
   fillModel(mesh, one);
   fillModel(mesh, three);
-  three.setUpdateThreads(3);
+  three.setThreads(3);
   for (AdaptiveModel* model : {&one, &three}) model->mesh();
-  EXPECT_THROW(three.setUpdateThreads(0), std::invalid_argument);
-  Deformation<double> bend(mesh, Deformation<double>::Kind::Smooth, 6);
+  EXPECT_THROW(three.setThreads(0), std::invalid_argument);
+  Deformation bend(mesh, Deformation::Kind::Smooth, 6);
   int refitted = 0;
   for (int frame = 0; frame < 6; ++frame) {
     const auto& positions = bend.next();

@@ -26,18 +26,16 @@ struct Pair {
     FeatureTruncation(firsts, corners, separation).lowerShares();
   }
   /// As a caller computes it.
-  template <typename S>
   P at(std::size_t i) const {
-    const Vector3<S> from = start[i].cast<S>(), to = end[i].cast<S>();
-    const Vector3<S> x = from + S(shares[i]) * (to - from);
-    return x.template cast<double>();
+    const fcl::Vector3d from = start[i].cast<double>(), to = end[i].cast<double>();
+    const fcl::Vector3d x = from + double(shares[i]) * (to - from);
+    return x;
   }
-  template <typename S>
   bool isSafe() const {
     std::array<quad::Point, 4> from, to;
     for (std::size_t i = 0; i < 4; ++i) {
       from[i] = quad::of(start[i]);
-      to[i] = quad::of(at<S>(i));
+      to[i] = quad::of(at(i));
     }
     return areApartAllTheWay(firsts, from, to);
   }
@@ -95,7 +93,7 @@ class FeatureTruncationTest : public testing::Test {
     return pair;
   }
 
-  RandomGeometry<double> random_{58};
+  RandomGeometry random_{58};
 };
 
 /// A million pairs of whole numbers, whose shares are rounded down to multiples of 1/4096: all
@@ -148,7 +146,7 @@ TEST_F(FeatureTruncationTest, NearPairsStayApart) {
     if (!pair.areApartAtStart()) continue;
     Pair in_float = pair;
     pair.truncate(0);
-    ASSERT_TRUE(pair.isSafe<double>()) << round;
+    ASSERT_TRUE(pair.isSafe()) << round;
     moving += pair.kept() > 0;
     for (std::size_t i = 0; i < 4; ++i) {
       in_float.start[i] = in_float.start[i].cast<float>().cast<double>();
@@ -156,7 +154,7 @@ TEST_F(FeatureTruncationTest, NearPairsStayApart) {
     }
     if (!in_float.areApartAtStart()) continue;
     in_float.truncate(0, 0x1p-24);
-    ASSERT_TRUE(in_float.isSafe<float>()) << round;
+    ASSERT_TRUE(in_float.isSafe()) << round;
     ++single;
   }
   EXPECT_GT(moving, 6000);

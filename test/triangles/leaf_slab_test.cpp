@@ -46,7 +46,7 @@ class LeafSlabs : public testing::Test {
     return least;
   }
 
-  RandomGeometry<double> random_{57};
+  RandomGeometry random_{57};
 };
 
 TEST_F(LeafSlabs, SayOnlyWhatIsSo) {

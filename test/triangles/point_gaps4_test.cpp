@@ -15,7 +15,7 @@ using adaptive_bvh::Vector4x3;
 using exact::Real;
 
 TEST(PointGaps4, AreLowerBounds) {
-  RandomGeometry<double> random(101);
+  RandomGeometry random(101);
   long lanes = 0, tight = 0, by_middles = 0;
   for (int i = 0; i < manySteps(10000); ++i) {
     const double size = random.size(-3, 0), error = random.oneIn(2) ? 0 : random.size(-7, -4);
@@ -49,7 +49,7 @@ TEST(PointGaps4, AreLowerBounds) {
 
 /// Of lengths whose squares underflow or overflow nothing is claimed that is not so.
 TEST(PointGaps4, OfAnyLength) {
-  RandomGeometry<double> random(102);
+  RandomGeometry random(102);
   for (int i = 0; i < manySteps(2000); ++i) {
     const double size = random.size(-37, 18);
     Vector4x3 corners[3];

@@ -86,7 +86,7 @@ class TimeOfImpact : public testing::Test {
     return pair;
   }
 
-  RandomGeometry<double> random_{29};
+  RandomGeometry random_{29};
 };
 
 /// Until the time of impact the features are farther apart than the separation; at it they are

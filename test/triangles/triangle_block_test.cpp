@@ -66,7 +66,7 @@ class Block : public testing::Test {
     return s;
   }
 
-  RandomGeometry<double> random_{23};
+  RandomGeometry random_{23};
 };
 
 /// Whatever line it is given, no bound exceeds the distance: but for what double precision rounds

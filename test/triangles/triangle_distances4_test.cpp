@@ -16,7 +16,7 @@ using exact::Real;
 
 class Distances4 : public testing::Test {
  protected:
-  RandomGeometry<double> random_{99};
+  RandomGeometry random_{99};
 };
 
 TEST_F(Distances4, SaysOnlyWhatIsSo) {

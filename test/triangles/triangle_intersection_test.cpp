@@ -15,8 +15,8 @@ namespace triangle_intersection_test {
 using adaptive_bvh::TriangleIntersection;
 using adaptive_bvh::TrianglePoints;
 
-TrianglePoints<double> scaled(const integer::Triangle& t, double scale) {
-  TrianglePoints<double> points;
+TrianglePoints scaled(const integer::Triangle& t, double scale) {
+  TrianglePoints points;
   for (std::size_t k = 0; k < 3; ++k)
     points[k] = scale * fcl::Vector3d(double(t[k].x), double(t[k].y), double(t[k].z));
   return points;
@@ -48,7 +48,7 @@ TEST(TriangleIntersection, IsThatOfWholeNumbers) {
 }
 
 TEST(TriangleIntersection, OfPlanarPointsIsTheirOrientation) {
-  RandomGeometry<double> random(5);
+  RandomGeometry random(5);
   int on_a_line = 0;
   for (int round = 0; round < manySteps(100000); ++round) {
     const int size = 1 << (1 + random.below(30));

@@ -19,7 +19,6 @@ namespace triangle_pairs_test {
 using adaptive_bvh::Float4;
 using adaptive_bvh::PairError;
 using adaptive_bvh::PairVerdicts;
-using adaptive_bvh::pointsAs;
 using adaptive_bvh::TriangleDifferences;
 using adaptive_bvh::TrianglePairs4;
 using adaptive_bvh::TrianglePoints;
@@ -28,16 +27,15 @@ using exact::Real;
 
 /// Four pairs of triangles of one body.
 struct Group {
-  TrianglePoints<double> p[4], q[4];
-  double extent;           ///< of the body, from its origin
-  Vector3<double> origin;  ///< where the body is
-  fcl::Matrix3d axes;      ///< of its coordinates
+  TrianglePoints p[4], q[4];
+  double extent;         ///< of the body, from its origin
+  fcl::Vector3d origin;  ///< where the body is
+  fcl::Matrix3d axes;    ///< of its coordinates
 
   double scale() const { return std::ldexp(1., -std::ilogb(double(extent))); }
 
   /// In the coordinates of a four-wide tree: positions, or what rounding took off them.
-  Vector4x3 corner(const TrianglePoints<double> (&triangles)[4], std::size_t c,
-                   bool residuals) const {
+  Vector4x3 corner(const TrianglePoints (&triangles)[4], std::size_t c, bool residuals) const {
     const adaptive_bvh::RoundedCoordinates coordinates(
         adaptive_bvh::BodyCoordinates(axes, origin, scale()));
     Float4 rounded[4], residual[4];
@@ -69,26 +67,26 @@ struct Group {
 
 class Pairs4 : public testing::Test {
  protected:
-  using P = Vector3<double>;
+  using P = fcl::Vector3d;
 
   /// Of any shape: general, a needle, a segment, a point.
-  TrianglePoints<double> triangle(const P& at, double size) {
+  TrianglePoints triangle(const P& at, double size) {
     const P u = random_.vectorOfSize(size);
     P v = random_.vectorOfSize(size);
     const int kind = random_.below(16);
-    if (kind == 0) v = u * double(0.3) + random_.point() * size * random_.size(-9, -2);
-    if (kind == 1) v = u * double(0.3);
+    if (kind == 0) v = u * 0.3 + random_.point() * size * random_.size(-9, -2);
+    if (kind == 1) v = u * 0.3;
     if (kind == 2) v = u;
     if (kind == 3) return {at, at, at};
     return {at, at + u, at + v};
   }
-  static P inside(const TrianglePoints<double>& t, double a, double b) {
+  static P inside(const TrianglePoints& t, double a, double b) {
     return t[0] + a * (t[1] - t[0]) + b * (1 - a) * (t[2] - t[0]);
   }
 
   /// How the second lies to the first.
-  TrianglePoints<double> beside(const TrianglePoints<double>& p, double size) {
-    TrianglePoints<double> q = triangle(p[0], size * random_.size(-1, 0.5));
+  TrianglePoints beside(const TrianglePoints& p, double size) {
+    TrianglePoints q = triangle(p[0], size * random_.size(-1, 0.5));
     const P onto = inside(p, random_.uniform(0, 1), random_.uniform(0, 1));
     P shift = onto - inside(q, random_.uniform(0, 1), random_.uniform(0, 1));
     switch (random_.below(8)) {
@@ -112,26 +110,26 @@ class Pairs4 : public testing::Test {
   Group group(double least_size) {
     Group g;
     g.extent = random_.size(least_size, 6);
-    g.origin = random_.point() * g.extent * (random_.oneIn(2) ? double(0) : random_.size(0, 3));
+    g.origin = random_.point() * g.extent * (random_.oneIn(2) ? 0. : random_.size(0, 3));
     g.axes = random_.rotation();
     for (int k = 0; k < 3; ++k) g.axes.col(k).normalize();
     const double smallest = random_.oneIn(3) ? -7 : -3;
     for (int k = 0; k < 4; ++k) {
-      const double size = double(0.05) * g.extent * random_.size(smallest, 0);
-      g.p[k] = triangle(g.origin + random_.point() * g.extent * double(0.2), size);
+      const double size = 0.05 * g.extent * random_.size(smallest, 0);
+      g.p[k] = triangle(g.origin + random_.point() * g.extent * 0.2, size);
       g.q[k] = beside(g.p[k], size);
     }
     return g;
   }
 
-  static exact::Triangle exactOf(const TrianglePoints<double>& t) {
+  static exact::Triangle exactOf(const TrianglePoints& t) {
     return {exact::of(t[0]), exact::of(t[1]), exact::of(t[2])};
   }
-  static bool fclSays(const TrianglePoints<double>& a, const TrianglePoints<double>& b) {
+  static bool fclSays(const TrianglePoints& a, const TrianglePoints& b) {
     return fcl::detail::Intersect<double>::intersect_Triangle(a[0], a[1], a[2], b[0], b[1], b[2]);
   }
 
-  RandomGeometry<double> random_{41};
+  RandomGeometry random_{41};
 };
 
 /// Apart: never where FCL finds an intersection, nor where there is one. Touching: only where both
@@ -150,8 +148,7 @@ TEST_F(Pairs4, WhatIsCertainIsSo) {
     for (int k = 0; k < 4; ++k) {
       const auto has = [&](unsigned bits) { return (bits >> k & 1) != 0; };
       const bool fcl_says = this->fclSays(g.p[k], g.q[k]);
-      const bool ours_says =
-          adaptive_bvh::touch(pointsAs<double>(g.p[k]), pointsAs<double>(g.q[k]));
+      const bool ours_says = adaptive_bvh::touch(g.p[k], g.q[k]);
       const bool surely_apart = has(planes | all.apart | sharp.apart | residual.apart);
       const bool surely_touching = has(all.touching | sharp.touching | residual.touching);
       ASSERT_FALSE(surely_apart && fcl_says) << round << " planes " << has(planes) << " all "
@@ -205,7 +202,7 @@ TEST_F(Pairs4, WhatIsFartherIsSo) {
       farther += distance > Real(fine.distance);
       // In double precision.
       const double reach = double(Real(fine.distance) / scale);
-      const TrianglePoints<double> p = pointsAs<double>(g.p[k]), q = pointsAs<double>(g.q[k]);
+      const TrianglePoints p = g.p[k], q = g.q[k];
       const bool surely = adaptive_bvh::areSurelyFarther(p, q, reach);
       const exact::Point from = exact::of(g.p[k][0]);
       const Real precisely = exact::distance(seenFrom(from, this->exactOf(g.p[k])),
@@ -233,7 +230,7 @@ TEST_F(Pairs4, NothingIsCertainWhereFclUnderflows) {
     auto g = this->group(-6);
     const double size = this->random_.size(smallest, -4);
     const double factor = size / g.extent;
-    const auto shrink = [&](TrianglePoints<double>& t) {
+    const auto shrink = [&](TrianglePoints& t) {
       for (auto& x : t) x = (x - g.origin) * factor;
     };
     for (int k = 0; k < 4; ++k) {

@@ -187,7 +187,7 @@ TEST(Tune, ImprovesARealScenario) {
       work.add(a.update(scenario.first.positions(frame)));
       work.add(b.update(scenario.second.positions(frame)));
       fcl::DistanceResultd result;
-      adaptive_bvh::distance<double>(&a, origin, &b, origin, fcl::DistanceRequestd(), result);
+      adaptive_bvh::distance(&a, origin, &b, origin, fcl::DistanceRequestd(), result);
       work.add(a.recordedWork());
     }
     return work;

@@ -13,7 +13,7 @@
 | `_search`, `_couples` | the search over all frames: of a body and the parts, of two moving bodies |
 | `_settings`, `_results` | what a search is asked for, and what it finds |
 | `_run`, `_progress` | a whole run: threads, Ctrl-C, time left |
-| `_command`, `_table` | one run of the command: its text, the CSV file |
+| `_command`, `_table`, `_messages` | one run of the command: its text, the CSV file, what it says on stderr |
 | `_report`, `_report_html` | the page |
 | `_study`, `_study_page` | many motions, on Dask |
 """

@@ -1,24 +1,18 @@
 """The command: one run, and what it says and writes."""
 
 import argparse
-import os
 import sys
-import traceback
-from typing import Callable, Dict, List, Optional, Sequence as Many
+from typing import Dict, List, Optional, Sequence as Many
 
-from .. import __version__
 from ._arguments import parser
 from ._frames import Sequence, SequenceError
 from ._inputs import InputError, Inputs
 from ._lengths import LengthError
+from ._messages import internal, say, written
 from ._opening import Part
 from ._progress import Progress, put
 from ._run import INTERNAL, INTERRUPTED, WRONG_INPUT, Outcome, check, num_steps
 from ._table import Numbering, checked_text, csv_text, headline, text_table, write_whole
-
-
-def say(text: str) -> None:
-    put(text, sys.stderr)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -61,28 +55,6 @@ def _write(arguments: argparse.Namespace, outcome: Outcome, sequences: List[Sequ
         status = max(status, written(arguments.report, lambda: write_report(
             arguments.report, outcome, sequences, parts, numberings, up=arguments.up or "z")))
     return status
-
-
-def written(path: str, write: Callable[[], None]) -> int:
-    """Writes a file. Returns a status: 2 when it cannot be, 3 when Ctrl-C ended that."""
-    try:
-        write()
-        return 0
-    except (OSError, RuntimeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        say(f"error: {path} cannot be written ({reason}); name another file")
-        return WRONG_INPUT
-    except KeyboardInterrupt:
-        say(f"\nCtrl-C: {path} is not written")
-        return INTERRUPTED
-
-
-def internal(error: BaseException) -> str:
-    """The sentence about an error that nothing foresaw."""
-    places = traceback.extract_tb(error.__traceback__)[-4:]
-    at = ", ".join(f"{os.path.basename(place.filename)}:{place.lineno}" for place in places)
-    return (f"internal error: {type(error).__name__}: {error} (adaptive_bvh {__version__}, {at}); "
-            f"send this line, the command and its files to the maintainers of adaptive_bvh")
 
 
 def main(arguments: Optional[Many[str]] = None) -> int:

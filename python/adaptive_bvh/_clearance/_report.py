@@ -5,7 +5,7 @@ from typing import Dict, List, NamedTuple, Optional, Sequence as Many
 
 import numpy as np
 
-from .. import CoherentDistance, DeformableMesh, DistanceResult, Recording, clearance
+from .. import CoherentDistance, DeformableMesh, DistanceResult, Recording, vertex_distances
 from ._frames import Floats, FrameError, Sequence, step_between
 from ._lengths import text_of
 from ._opening import Part
@@ -81,11 +81,13 @@ class _Shown:
         if not self.known:
             return
         for mesh in self.around:
-            self.least = np.minimum(self.least, clearance(self.mesh, mesh, most))
+            self.least = np.minimum(self.least, vertex_distances(self.mesh, mesh, most))
         for other in self._others:
             if other.known:
-                self.least = np.minimum(self.least, clearance(self.mesh, other.mesh, most))
-                other.least = np.minimum(other.least, clearance(other.mesh, self.mesh, most))
+                ours = vertex_distances(self.mesh, other.mesh, most)
+                theirs = vertex_distances(other.mesh, self.mesh, most)
+                self.least = np.minimum(self.least, ours)
+                other.least = np.minimum(other.least, theirs)
 
 
 def _all_of(parts: Many[Part]) -> DeformableMesh:
@@ -187,5 +189,5 @@ def _record(recording: Recording, shown: List[_Shown], time: float, pairs: List[
             segments.setdefault("nearest moment of a pair", []).append(pair.nearest.points)
     colours = {body.number: body.least for body in shown if np.isfinite(body.least).all()}
     order = sorted(found, key=lambda result: result.distance)
-    recording.frame(order or None, clearance=colours, note=note,
+    recording.frame(order or None, vertex_distances=colours, note=note,
                     segments={label: np.array(points) for label, points in segments.items()})

@@ -19,9 +19,9 @@ from multiprocessing import resource_tracker
 from typing import Any, Dict, List, NamedTuple, Tuple
 
 from .. import __version__
-from ._command import internal, say, written
 from ._frames import SequenceError, read_text
 from ._inputs import InputError, Inputs
+from ._messages import internal, say, written
 from ._opening import Part, expanded
 from ._progress import Progress, put
 from ._run import INTERNAL, INTERRUPTED, KEPT, VIOLATED, WRONG_INPUT, check

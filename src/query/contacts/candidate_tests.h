@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "adaptive_bvh/self_collision.h"
 #include "base/shortcut.h"
 #include "query/pair_corners.h"
 #include "query/pair_filter.h"
@@ -37,7 +36,7 @@ class CandidateTests {
   /// Collects pairs of two leaves' triangles: bit 4 j + i for triangle i of `a` and j of `b`.
   ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned pairs) {
     if (size_ > batch_ - 16) testAll();
-    pairs = withoutNeighbours(pairs, input_.tree1, a, input_.tree2, b, input_.filter);
+    pairs = withoutNeighbours(pairs, input_.tree1, a, input_.tree2, b, input_.left_out);
     for (; pairs; pairs &= pairs - 1) {
       const int bit = __builtin_ctz(pairs);
       pairs_[size_++] = {static_cast<unsigned>(a.first + (bit & 3)),
@@ -103,7 +102,7 @@ class CandidateTests {
   /// Passes a pair to the sink unless it is `apart`: if `touching` to `add`, else to `test`.
   void settle(const LeafIndexPair& pair, bool apart, bool touching) {
     if (apart) return;
-    if (input_.filter == NeighbourFilter::BeyondShared && !meetBeyondShared(pair)) return;
+    if (input_.left_out.filter == NeighbourFilter::BeyondShared && !meetBeyondShared(pair)) return;
     const int i = input_.tree1.triangle(pair.first), j = input_.tree2.triangle(pair.second);
     if (touching)
       sink_.add(i, j);

@@ -7,7 +7,6 @@
 #include "boxes/flat_patches.h"
 #include "query/contacts/candidate_tests.h"
 #include "query/pair_filter.h"
-#include "query/single_precision.h"
 #include "query/tree_pair.h"
 
 namespace adaptive_bvh {
@@ -18,9 +17,8 @@ class ContactSink {
  public:
   /// `is_self`: both meshes are the same mesh in the same pose. Then the triangle with the smaller
   /// index comes first, and a pair has one contact. `ignored`: pairs to leave out, or null.
-  ContactSink(const ContactMesh& first, const ContactMesh& second,
-              const CollisionQuery<double>& query, bool is_self,
-              const IgnoredPairs* ignored = nullptr)
+  ContactSink(const ContactMesh& first, const ContactMesh& second, const CollisionQuery& query,
+              bool is_self, const IgnoredPairs* ignored = nullptr)
       : request(query.request),
         result(&query.result),
         first_(first),
@@ -132,7 +130,7 @@ void search(const PairInput& input, const Frame& frame, const ContactSink& sink)
 }  // namespace
 
 void collideMeshes(const ContactMesh& first, const ContactMesh& second,
-                   const CollisionQuery<double>& query) {
+                   const CollisionQuery& query) {
   const ContactSink sink(first, second, query, false);
   TreePair trees(first.placed, second.placed);
   if (query.request.num_max_contacts > 1) alignIfNear(trees, 0);  // does not pay for one contact
@@ -142,40 +140,27 @@ void collideMeshes(const ContactMesh& first, const ContactMesh& second,
       [&] { testAllCandidates(input, sink); });
 }
 
-void collideWithItself(const ContactMesh& mesh, NeighbourFilter filter, const IgnoredPairs& ignored,
-                       const CollisionQuery<double>& query) {
-  const ContactSink sink(mesh, mesh, query, true, &ignored);
+void collideWithItself(const ContactMesh& mesh, const Ignored& ignored,
+                       const CollisionQuery& query) {
+  const ContactSink sink(mesh, mesh, query, true, &ignored.triangles);
   const FlatPatches flat(mesh.placed.tree(), mesh.placed.mesh.topology->contours);
-  PairInput input(mesh.placed, filter);
+  const NeighbourFilter filter = ignored.neighbours;
+  PairInput input(mesh.placed, {filter, surfaceOf(ignored, mesh.placed.mesh)});
   const bool may_skip =
       filter == NeighbourFilter::SharedVertex || filter == NeighbourFilter::BeyondShared;
   if (may_skip && isTaken(Shortcut::FlatPatches)) input.flat = &flat;
   search(input, SameFrame(), sink);
 }
 
-template <typename S>
-std::size_t selfCollide(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
-                        const fcl::CollisionRequest<S>& request, fcl::CollisionResult<S>& result,
-                        NeighbourFilter filter, const IgnoredPairs& ignored) {
+std::size_t selfCollide(const DeformableMesh& mesh, const fcl::Transform3d& tf,
+                        const Ignored& ignored, const fcl::CollisionRequestd& request,
+                        fcl::CollisionResultd& result) {
   requireRigid(tf);
-  requireSortedOfSelf(ignored);
-  const CollisionQuery<S> user_query{request, result};
-  if (request.num_max_contacts == 0 || user_query.isSatisfied()) return result.numContacts();
-  const PlacedMesh placed(mesh, tf);
-  answerInDouble(user_query, &mesh, &mesh,
-                 [&](const fcl::CollisionGeometryd& object, const fcl::CollisionGeometryd&,
-                     const CollisionQuery<double>& query) {
-                   collideWithItself({object, placed}, filter, ignored, query);
-                 });
+  requireSorted(ignored, true);
+  const CollisionQuery query{request, result};
+  if (request.num_max_contacts == 0 || query.isSatisfied()) return result.numContacts();
+  collideWithItself({mesh, PlacedMesh(mesh, tf)}, ignored, query);
   return result.numContacts();
 }
-
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                           \
-  template std::size_t selfCollide(const DeformableMesh<S>&, const fcl::Transform3<S>&,       \
-                                   const fcl::CollisionRequest<S>&, fcl::CollisionResult<S>&, \
-                                   NeighbourFilter, const IgnoredPairs&);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
-#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -16,19 +16,16 @@
 
 namespace adaptive_bvh {
 
-/// The triangles of one object of a contact query, and its pose. P: number type of its positions, S
-/// for a model, double for a mesh.
-template <typename S, typename P = S>
+/// The triangles of one object of a contact query, and its pose.
 struct PlacedTriangles {
-  const fcl::CollisionGeometry<S>* geometry;
-  MeshView<P> view;
-  const fcl::Transform3<S>& tf;
+  const fcl::CollisionGeometryd* geometry;
+  MeshView<double> view;
+  const fcl::Transform3d& tf;
 
   /// The corners of a triangle, in the object's frame.
-  TrianglePoints<double> operator[](int triangle) const {
+  TrianglePoints operator[](int triangle) const {
     const VertexIndices t = view.verticesOf(static_cast<unsigned>(triangle));
-    return pointsAs<double>(
-        TrianglePoints<P>{view.vertices[t[0]], view.vertices[t[1]], view.vertices[t[2]]});
+    return {view.vertices[t[0]], view.vertices[t[1]], view.vertices[t[2]]};
   }
 };
 
@@ -38,11 +35,10 @@ struct PlacedTriangles {
 /// a triangle that is a segment or a point.) `touching`: the triangles are known to touch, and
 /// neither is thin. `most`: largest number of contacts of this pair. `to_first`: maps the second
 /// object's frame to the first's.
-template <typename S, typename P>
-void addContactsOf(const PlacedTriangles<S, P>& first, const PlacedTriangles<S, P>& second,
-                   const RelativePlacement& to_first, int id1, int id2, bool touching,
-                   unsigned most, const fcl::CollisionRequest<S>& request,
-                   fcl::CollisionResult<S>& result) {
+inline void addContactsOf(const PlacedTriangles& first, const PlacedTriangles& second,
+                          const RelativePlacement& to_first, int id1, int id2, bool touching,
+                          unsigned most, const fcl::CollisionRequestd& request,
+                          fcl::CollisionResultd& result) {
   const bool occupied = first.geometry->isOccupied() && second.geometry->isOccupied();
   // As in FCL, uncertain objects, neither occupied nor free, have costs but no contacts.
   const bool has_cost =
@@ -51,31 +47,30 @@ void addContactsOf(const PlacedTriangles<S, P>& first, const PlacedTriangles<S, 
   const auto hasRoom = [&] { return result.numContacts() < request.num_max_contacts; };
   const auto addPair = [&] {  // a contact of indices only
     if (hasRoom())
-      result.addContact(fcl::Contact<S>(first.geometry, second.geometry, id1, id2, unsetPoint<S>(),
-                                        unsetPoint<S>(), std::numeric_limits<S>::quiet_NaN()));
+      result.addContact(fcl::Contactd(first.geometry, second.geometry, id1, id2, unsetPoint(),
+                                      unsetPoint(), std::numeric_limits<double>::quiet_NaN()));
   };
   if (touching && occupied && !request.enable_contact && !request.enable_cost) return addPair();
-  const TrianglePoints<double> p = first[id1], q = second[id2];
-  const TrianglePoints<double> in_first = {to_first(q[0]), to_first(q[1]), to_first(q[2])};
+  const TrianglePoints p = first[id1], q = second[id2];
+  const TrianglePoints in_first = {to_first(q[0]), to_first(q[1]), to_first(q[2])};
   if (!touching && !touch(p, in_first)) return;
   if (occupied && request.enable_contact) {
     const TriangleContact contact = contactOf(p, in_first);
     for (unsigned i = 0; i < contact.count && i < most && hasRoom(); ++i)
-      result.addContact(fcl::Contact<S>(
-          first.geometry, second.geometry, id1, id2,
-          first.tf * fcl::Vector3<S>(contact.points[i].template cast<S>()),
-          first.tf.linear() * contact.normal.template cast<S>(), static_cast<S>(contact.depth)));
+      result.addContact(fcl::Contactd(first.geometry, second.geometry, id1, id2,
+                                      first.tf * fcl::Vector3d(contact.points[i]),
+                                      first.tf.linear() * contact.normal, contact.depth));
   } else if (occupied) {
     addPair();
   }
   if (!request.enable_cost) return;
-  const auto boxOf = [](const fcl::Transform3<S>& tf, const TrianglePoints<S>& t) {
-    return fcl::AABB<S>(tf * t[0], tf * t[1], tf * t[2]);
+  const auto boxOf = [](const fcl::Transform3d& tf, const TrianglePoints& t) {
+    return fcl::AABBd(tf * t[0], tf * t[1], tf * t[2]);
   };
-  fcl::AABB<S> common;
-  boxOf(first.tf, pointsAs<S>(p)).overlap(boxOf(second.tf, pointsAs<S>(q)), common);
-  const S density = first.geometry->cost_density * second.geometry->cost_density;
-  result.addCostSource(fcl::CostSource<S>(common, density), request.num_max_cost_sources);
+  fcl::AABBd common;
+  boxOf(first.tf, p).overlap(boxOf(second.tf, q), common);
+  const double density = first.geometry->cost_density * second.geometry->cost_density;
+  result.addCostSource(fcl::CostSourced(common, density), request.num_max_cost_sources);
 }
 
 /// Decides which tasks of a contact query can be skipped, because tasks before them have all
@@ -128,14 +123,14 @@ struct ContactMesh {
   const fcl::CollisionGeometryd& geometry;
   const PlacedMesh& placed;
 
-  PlacedTriangles<double> triangles() const { return {&geometry, placed.mesh.view(), placed.tf}; }
+  PlacedTriangles triangles() const { return {&geometry, placed.mesh.view(), placed.tf}; }
 };
 
 /// Adds the contacts of two meshes to the result.
 void collideMeshes(const ContactMesh& first, const ContactMesh& second,
-                   const CollisionQuery<double>& query);
-/// Adds the contacts of a mesh with itself. `ignored`: sorted pairs of triangles to leave out.
-void collideWithItself(const ContactMesh& mesh, NeighbourFilter filter, const IgnoredPairs& ignored,
-                       const CollisionQuery<double>& query);
+                   const CollisionQuery& query);
+/// Adds the contacts of a mesh with itself. The lists of `ignored` are sorted.
+void collideWithItself(const ContactMesh& mesh, const Ignored& ignored,
+                       const CollisionQuery& query);
 
 }  // namespace adaptive_bvh

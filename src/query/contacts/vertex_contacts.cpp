@@ -11,7 +11,6 @@
 #include "query/closed_surface.h"
 #include "query/points/surface_normals.h"
 #include "query/points/winding_number.h"
-#include "query/single_precision.h"
 #include "query/tree_pair.h"
 
 namespace adaptive_bvh {
@@ -145,8 +144,7 @@ class MeshContactTest {
 };
 
 /// Throws std::invalid_argument if an argument is not valid.
-template <typename S>
-void requirePlaced(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2, S margin) {
+void requirePlaced(const fcl::Transform3d& tf1, const fcl::Transform3d& tf2, double margin) {
   requireDistance(margin, "margin");
   requireRigid(tf1);
   requireRigid(tf2);
@@ -155,7 +153,7 @@ void requirePlaced(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2,
 }  // namespace
 
 void findVertexContacts(const PlacedMesh& mesh, const PlacedMesh& other, double margin,
-                        VertexContacts<double>& result) {
+                        VertexContacts& result) {
   const RelativePlacement to_other(other.tf, mesh.tf);
   ContactWriter writer(mesh, other.tf);
   TreePair trees(mesh, other);
@@ -180,45 +178,25 @@ void findVertexContacts(const PlacedMesh& mesh, const PlacedMesh& other, double 
   writer.write(threads, makeTest, result);
 }
 
-template <typename S>
-std::size_t vertexContacts(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
-                           const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf,
-                           NonDeduced<S> margin, VertexContacts<S>& result) {
-  requirePlaced(tf, other_tf, margin);
+std::size_t vertexContacts(const DeformableMesh& mesh, const fcl::Transform3d& tf,
+                           const DeformableMesh& other, const fcl::Transform3d& tf2, double margin,
+                           VertexContacts& result) {
+  requirePlaced(tf, tf2, margin);
   requireClosed(stateOf(other), "vertexContacts");
-  answerInDouble(result, [&](VertexContacts<double>& contacts) {
-    findVertexContacts({mesh, tf}, {other, other_tf}, static_cast<double>(margin), contacts);
-  });
+  findVertexContacts({mesh, tf}, {other, tf2}, margin, result);
   return result.size();
 }
 
-template <typename S>
-std::size_t vertexContacts(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-                           const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
-                           NonDeduced<S> margin, VertexContacts<S>& of_first,
-                           VertexContacts<S>& of_second) {
+std::size_t vertexContacts(const DeformableMesh& first, const fcl::Transform3d& tf1,
+                           const DeformableMesh& second, const fcl::Transform3d& tf2, double margin,
+                           VertexContacts& of_first, VertexContacts& of_second) {
   requirePlaced(tf1, tf2, margin);
   requireClosed(stateOf(first), "vertexContacts");
   requireClosed(stateOf(second), "vertexContacts");
   const PlacedMesh one(first, tf1), two(second, tf2);
-  answerInDouble(of_first, [&](VertexContacts<double>& contacts) {
-    findVertexContacts(one, two, static_cast<double>(margin), contacts);
-  });
-  answerInDouble(of_second, [&](VertexContacts<double>& contacts) {
-    findVertexContacts(two, one, static_cast<double>(margin), contacts);
-  });
+  findVertexContacts(one, two, margin, of_first);
+  findVertexContacts(two, one, margin, of_second);
   return of_first.size() + of_second.size();
 }
-
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                           \
-  template std::size_t vertexContacts(const DeformableMesh<S>&, const fcl::Transform3<S>&,    \
-                                      const DeformableMesh<S>&, const fcl::Transform3<S>&, S, \
-                                      VertexContacts<S>&);                                    \
-  template std::size_t vertexContacts(const DeformableMesh<S>&, const fcl::Transform3<S>&,    \
-                                      const DeformableMesh<S>&, const fcl::Transform3<S>&, S, \
-                                      VertexContacts<S>&, VertexContacts<S>&);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
-#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -28,8 +28,7 @@ struct VertexContact {
 /// Holds candidates, tests them, and writes the contacts in the order of their vertices.
 class ContactWriter {
  public:
-  ContactWriter(const PlacedMesh& mesh, const fcl::Transform3d& other_tf)
-      : mesh_(mesh), other_tf_(other_tf) {
+  ContactWriter(const PlacedMesh& mesh, const fcl::Transform3d& tf2) : mesh_(mesh), other_tf_(tf2) {
     memory_->candidates.clear();
   }
 
@@ -47,7 +46,7 @@ class ContactWriter {
   /// Overwrites the result with the contacts. makeTest() returns a thread's own function
   /// test(candidate, contact), which sets the contact and returns whether there is one.
   template <typename MakeTest>
-  void write(int threads, const MakeTest& makeTest, VertexContacts<double>& result) const {
+  void write(int threads, const MakeTest& makeTest, VertexContacts& result) const {
     std::vector<VertexCandidate>& candidates = memory_->candidates;
     std::vector<VertexContact>& contacts = memory_->contacts;
     std::vector<std::uint8_t>& is_contact = memory_->is_contact;
@@ -78,7 +77,7 @@ class ContactWriter {
     std::vector<std::uint64_t> order;      ///< vertex (high bits) and number of the candidate
   };
 
-  static void resize(VertexContacts<double>& result, std::size_t count) {
+  static void resize(VertexContacts& result, std::size_t count) {
     result.vertices.resize(count);
     result.distances.resize(count);
     result.positions.resize(count);
@@ -89,7 +88,7 @@ class ContactWriter {
     result.areas.resize(count);
   }
   /// Writes contact i in world coordinates.
-  void set(VertexContacts<double>& result, std::size_t i, unsigned vertex,
+  void set(VertexContacts& result, std::size_t i, unsigned vertex,
            const VertexContact& contact) const {
     const auto rotation = other_tf_.linear();
     result.vertices[i] = vertex;
@@ -105,7 +104,7 @@ class ContactWriter {
   double areaOf(unsigned vertex) const {
     double sum = 0;
     for (const unsigned t : mesh_.mesh.topology->vertex_triangles[vertex]) {
-      const TrianglePoints<double> p = mesh_.pointsOf(t);
+      const TrianglePoints p = mesh_.pointsOf(t);
       sum += (p[1] - p[0]).cross(p[2] - p[0]).stableNorm();
     }
     return sum / 6;
@@ -119,7 +118,7 @@ class ContactWriter {
 /// Overwrites the result with the vertices of a mesh that are at most `margin` from the surface of
 /// another one, which is closed, or inside it.
 void findVertexContacts(const PlacedMesh& mesh, const PlacedMesh& other, double margin,
-                        VertexContacts<double>& result);
+                        VertexContacts& result);
 
 /// Finds the vertices of one mesh that may be near another's surface or inside it. Descends the
 /// tree of the first; each node has a list of the other tree's nodes whose boxes overlap it, and

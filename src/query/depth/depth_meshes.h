@@ -26,14 +26,14 @@ class MeshTarget {
   /// The distance to one triangle: a convex function, nowhere less than that to the surface.
   class WitnessBound {
    public:
-    explicit WitnessBound(const TrianglePoints<double>& triangle) : face_(triangle) {}
+    explicit WitnessBound(const TrianglePoints& triangle) : face_(triangle) {}
     double operator()(const fcl::Vector3d& x) const {
       fcl::Vector3d on_face;
       return face_.distance(x, on_face);
     }
 
    private:
-    feature_distance::Face<double> face_;
+    feature_distance::Face face_;
   };
 
   explicit MeshTarget(const PlacedMesh& mesh)
@@ -79,7 +79,7 @@ class MeshTarget {
     return gap * kSlack > radius * tree.scale();
   }
   /// Whether a triangle, or the hull of the curved patch above it (Bulge), may touch the surface.
-  bool touches(const TrianglePoints<double>& triangle, const Bulge& bulge) {
+  bool touches(const TrianglePoints& triangle, const Bulge& bulge) {
     const WideTree& tree = mesh_.tree();
     const double margin = bulge.height * tree.scale() / kSlack;  // in the tree's coordinates
     Float4 low[3], high[3];
@@ -97,7 +97,7 @@ class MeshTarget {
       return float4::bits(overlap);
     };
     return walk_.visit(overlaps, [&](unsigned leaf_index) {
-      const TrianglePoints<double> other = mesh_.pointsAt(leaf_index);
+      const TrianglePoints other = mesh_.pointsAt(leaf_index);
       if (areSurelyFarther(triangle, other, bulge.height)) return false;
       return bulge.count > 0 ? !isBeyond(other, triangle, bulge) : touch(triangle, other);
     });
@@ -114,7 +114,7 @@ class MeshTarget {
   }
   /// Where the segment from a to b crosses a triangle's plane, from 0 to 1; -1 if it does not.
   double crossing(int triangle, const fcl::Vector3d& a, const fcl::Vector3d& b) const {
-    const TrianglePoints<double> t = mesh_.pointsOf(static_cast<unsigned>(triangle));
+    const TrianglePoints t = mesh_.pointsOf(static_cast<unsigned>(triangle));
     const fcl::Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
     const double at_a = normal.dot(a - t[0]), at_b = normal.dot(b - t[0]);
     return (at_a < 0) == (at_b < 0) ? -1 : at_a / (at_a - at_b);
@@ -123,7 +123,7 @@ class MeshTarget {
   void findNearest(const DepthPoint<int>& point, DepthBounds& bounds) const {
     const auto triangle = static_cast<unsigned>(point.witness);
     const SurfaceNormals normals(mesh_.mesh);
-    bounds.nearest = vertexFaceDistance<double>(point.x, mesh_.pointsOf(triangle)).second;
+    bounds.nearest = vertexFaceDistance(point.x, mesh_.pointsOf(triangle)).second;
     bounds.outward = normals.at(normals.nearestPlace(point.x, triangle));
   }
 
@@ -133,7 +133,7 @@ class MeshTarget {
 
   /// Whether a plane is found that separates a triangle of the surface, `face`, from the patch
   /// above `triangle`: the face's, or one across the line between the nearest points.
-  static bool isBeyond(const TrianglePoints<double>& face, const TrianglePoints<double>& triangle,
+  static bool isBeyond(const TrianglePoints& face, const TrianglePoints& triangle,
                        const Bulge& bulge) {
     const auto separates = [&](const fcl::Vector3d& direction) {
       double lowest = std::numeric_limits<double>::infinity(), highest = -lowest, above = 0;

@@ -5,7 +5,6 @@
 #include "query/closed_surface.h"
 #include "query/depth/depth_meshes.h"
 #include "query/nearest/nearest_search.h"
-#include "query/single_precision.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -51,28 +50,26 @@ TriangleGap nearestOf(const PairOfMeshes& meshes, fcl::Vector3d& outward) {
 }
 
 /// Returns a copy whose positions are multiplied by `unit`.
-DeformableMesh<double> enlarged(const DeformableMesh<double>& mesh, double unit) {
+DeformableMesh enlarged(const DeformableMesh& mesh, double unit) {
   std::vector<fcl::Vector3d> positions = mesh.vertices();
   for (fcl::Vector3d& x : positions) x *= unit;
-  DeformableMesh<double> large(mesh);
+  DeformableMesh large(mesh);
   large.update(positions);
   return large;
 }
 
 /// Signed distance of bodies so small that squares of their lengths underflow: computed from
 /// enlarged bodies, in the frame of the first.
-SignedDistance<double> signedDistanceOfSmall(const DeformableMesh<double>& first,
-                                             const fcl::Transform3d& tf,
-                                             const DeformableMesh<double>& second,
-                                             const RelativePlacement& to_first, double tolerance,
-                                             double unit) {
+SignedDistance signedDistanceOfSmall(const DeformableMesh& first, const fcl::Transform3d& tf,
+                                     const DeformableMesh& second,
+                                     const RelativePlacement& to_first, double tolerance,
+                                     double unit) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   fcl::Transform3d placed = fcl::Transform3d::Identity();
   placed.linear() = to_first.R;
   placed.translation() = to_first.T * unit;
-  SignedDistance<double> found =
-      signedDistance(enlarged(first, unit), fcl::Transform3d(fcl::Transform3d::Identity()),
-                     enlarged(second, unit), placed, tolerance * unit);
+  SignedDistance found = signedDistance(enlarged(first, unit), fcl::Transform3d::Identity(),
+                                        enlarged(second, unit), placed, tolerance * unit);
   for (fcl::Vector3d& x : found.points) x = tf * fcl::Vector3d(x / unit);
   found.normal = tf.linear() * found.normal;
   const auto reduced = [&](double bound, double direction) -> double {  // rounds toward `direction`
@@ -85,7 +82,7 @@ SignedDistance<double> signedDistanceOfSmall(const DeformableMesh<double>& first
 }
 
 /// Signed distance of meshes whose squared lengths do not underflow.
-SignedDistance<double> signedDistanceOf(const PairOfMeshes& meshes, double size, double tolerance) {
+SignedDistance signedDistanceOf(const PairOfMeshes& meshes, double size, double tolerance) {
   const PlacedMesh &one = meshes.first, &two = meshes.second;
   const DepthPrecision precision(one.tf, two.tf, size, tolerance);
   const SignedDistanceResult result(one.tf, two.tf, precision);
@@ -102,7 +99,7 @@ SignedDistance<double> signedDistanceOf(const PairOfMeshes& meshes, double size,
   in_second = depthOf(one, two, precision.tolerance(), in_second);
   if (!(in_first.lower > in_second.lower)) in_first = DepthBounds::from(in_second.lower);
   in_first = depthOf(two, one, precision.tolerance(), in_first);
-  SignedDistance<double> found =
+  SignedDistance found =
       in_second.is_found || in_first.is_found
           ? result.inside(in_second, in_first)
           : result.touching(gap, true, outward, std::max(in_second.upper, in_first.upper));
@@ -112,10 +109,9 @@ SignedDistance<double> signedDistanceOf(const PairOfMeshes& meshes, double size,
 
 }  // namespace
 
-template <typename S>
-SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-                                 const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
-                                 NonDeduced<S> tolerance) {
+SignedDistance signedDistance(const DeformableMesh& first, const fcl::Transform3d& tf1,
+                              const DeformableMesh& second, const fcl::Transform3d& tf2,
+                              double tolerance) {
   requireTolerance(tolerance);
   requireRigid(tf1);
   requireRigid(tf2);
@@ -124,23 +120,8 @@ SignedDistance<S> signedDistance(const DeformableMesh<S>& first, const fcl::Tran
   const PairOfMeshes meshes(first, tf1, second, tf2);
   const double size = sizeOf(meshes.first) + sizeOf(meshes.second) + meshes.to_first.T.stableNorm();
   const double unit = rounding::enlargement(size);
-  SignedDistance<S> result;
-  answerInDouble(result, [&](SignedDistance<double>& found) {
-    found = unit == 1
-                ? signedDistanceOf(meshes, size, static_cast<double>(tolerance))
-                : signedDistanceOfSmall(inDouble(first), meshes.first.tf, inDouble(second),
-                                        meshes.to_first, static_cast<double>(tolerance), unit);
-  });
-  return result;
+  return unit == 1 ? signedDistanceOf(meshes, size, tolerance)
+                   : signedDistanceOfSmall(first, tf1, second, meshes.to_first, tolerance, unit);
 }
-
-template SignedDistance<float> signedDistance(const DeformableMesh<float>&,
-                                              const fcl::Transform3<float>&,
-                                              const DeformableMesh<float>&,
-                                              const fcl::Transform3<float>&, float);
-template SignedDistance<double> signedDistance(const DeformableMesh<double>&,
-                                               const fcl::Transform3<double>&,
-                                               const DeformableMesh<double>&,
-                                               const fcl::Transform3<double>&, double);
 
 }  // namespace adaptive_bvh

@@ -45,18 +45,18 @@ class SignedDistanceResult {
 
   /// Result for bodies that are apart. The points are in the frame of the first body if
   /// `is_in_first`, else of the second; `outward` is the normal of the second surface there.
-  SignedDistance<double> apart(const TriangleGap& gap, bool is_in_first,
-                               const fcl::Vector3d& outward) const {
-    SignedDistance<double> result = touching(gap, is_in_first, outward, 0);
+  SignedDistance apart(const TriangleGap& gap, bool is_in_first,
+                       const fcl::Vector3d& outward) const {
+    SignedDistance result = touching(gap, is_in_first, outward, 0);
     setBounds(gap.distance, gap.distance, result);
     result.lower = std::max(result.lower, 0.);
     return result;
   }
   /// Result for bodies that touch, without a point inside. Their depth is at most `depth`.
-  SignedDistance<double> touching(const TriangleGap& gap, bool is_in_first,
-                                  const fcl::Vector3d& outward, double depth) const {
+  SignedDistance touching(const TriangleGap& gap, bool is_in_first, const fcl::Vector3d& outward,
+                          double depth) const {
     const auto& tf = is_in_first ? tf1_ : tf2_;
-    SignedDistance<double> result;
+    SignedDistance result;
     result.deep_body = DeepBody::None;
     setPoints(tf * gap.points.first, tf * gap.points.second, 1, tf.linear() * -outward, result);
     setBounds(-depth, 0, result);
@@ -66,9 +66,9 @@ class SignedDistanceResult {
   }
   /// Result for bodies of which one has a point inside the other. Each bound is in the frame of the
   /// body that contains the point; if both have a point, the second body's is deeper.
-  SignedDistance<double> inside(const DepthBounds& first_in_second,
-                                const DepthBounds& second_in_first) const {
-    SignedDistance<double> result;
+  SignedDistance inside(const DepthBounds& first_in_second,
+                        const DepthBounds& second_in_first) const {
+    SignedDistance result;
     if (second_in_first.is_found) {
       const DepthBounds& deepest = second_in_first;
       result.deep_body = DeepBody::Second;
@@ -90,7 +90,7 @@ class SignedDistanceResult {
   /// Sets the points and the normal, along the line between them. `sign`: 1 if that line leads from
   /// the first body to the second, else -1. `fallback`: the normal if the points are too close.
   void setPoints(const fcl::Vector3d& first, const fcl::Vector3d& second, double sign,
-                 const fcl::Vector3d& fallback, SignedDistance<double>& result) const {
+                 const fcl::Vector3d& fallback, SignedDistance& result) const {
     constexpr double kShort = 1e-8;  // of the size: the direction is rounding only
     result.points = {first, second};
     fcl::Vector3d normal = sign * (second - first);
@@ -99,7 +99,7 @@ class SignedDistanceResult {
     result.normal = normal.stableNormalized();
   }
   /// Widens the bounds by the error.
-  void setBounds(double lower, double upper, SignedDistance<double>& result) const {
+  void setBounds(double lower, double upper, SignedDistance& result) const {
     result.lower = lower - precision_.error();
     result.upper = upper + precision_.error();
   }

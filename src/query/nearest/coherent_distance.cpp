@@ -5,7 +5,6 @@
 #include "base/rigid.h"
 #include "base/shortcut.h"
 #include "query/nearest/nearest_search.h"
-#include "query/single_precision.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -15,8 +14,7 @@ namespace {
 class CoherentNearest {
  public:
   /// Overwrites the query's result if the meshes are nearer than its distance.
-  void search(const PlacedMesh& first, const PlacedMesh& second,
-              const DistanceQuery<double>& query) {
+  void search(const PlacedMesh& first, const PlacedMesh& second, const DistanceQuery& query) {
     if (!isTaken(Shortcut::Coherence)) *this = CoherentNearest();
     if (!isAnswered(first, second, query.request)) {
       result_ = fcl::DistanceResultd();
@@ -58,40 +56,30 @@ class CoherentNearest {
 
 }  // namespace
 
-template <typename S>
-struct CoherentDistance<S>::State {
-  State(const DeformableMesh<S>& one, const DeformableMesh<S>& other) : first(one), second(other) {}
+struct CoherentDistance::State {
+  State(const DeformableMesh& one, const DeformableMesh& other) : first(one), second(other) {}
 
-  const DeformableMesh<S>&first, &second;
+  const DeformableMesh &first, &second;
   CoherentNearest nearest;
 };
 
-template <typename S>
-CoherentDistance<S>::CoherentDistance(const DeformableMesh<S>& first,
-                                      const DeformableMesh<S>& second)
+CoherentDistance::CoherentDistance(const DeformableMesh& first, const DeformableMesh& second)
     : state_(std::make_unique<State>(first, second)) {}
-template <typename S>
-CoherentDistance<S>::~CoherentDistance() = default;
-template <typename S>
-CoherentDistance<S>::CoherentDistance(CoherentDistance&&) noexcept = default;
+CoherentDistance::~CoherentDistance() = default;
+CoherentDistance::CoherentDistance(CoherentDistance&&) noexcept = default;
 
-template <typename S>
-S CoherentDistance<S>::distance(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2,
-                                const fcl::DistanceRequest<S>& request,
-                                fcl::DistanceResult<S>& result) {
+double CoherentDistance::distance(const fcl::Transform3d& tf1, const fcl::Transform3d& tf2,
+                                  const fcl::DistanceRequestd& request,
+                                  fcl::DistanceResultd& result) {
   requireRigid(tf1);
   requireRigid(tf2);
   State& state = *state_;
   if (request.isSatisfied(result)) return result.min_distance;
   if (!result.o1) unsetPoints(result);
-  answerInDouble(DistanceQuery<S>{request, result}, &state.first, &state.second,
-                 [&](const DistanceQuery<double>& query) {
-                   state.nearest.search({state.first, tf1}, {state.second, tf2}, query);
-                 });
+  const double before = result.min_distance;
+  state.nearest.search({state.first, tf1}, {state.second, tf2}, {request, result});
+  setObjects(before, state.first, state.second, {request, result});
   return result.min_distance;
 }
-
-template class CoherentDistance<float>;
-template class CoherentDistance<double>;
 
 }  // namespace adaptive_bvh

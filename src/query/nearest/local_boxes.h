@@ -67,7 +67,7 @@ class LocalBoxes {
   }
 
  private:
-  using Bounds = LocalBounds<double>;
+  using Bounds = LocalBounds;
 
   static fcl::Vector3d middleOf(const Bounds& bounds) { return bounds.aabb_center; }
   /// The corner of a box that is farthest along a direction.

@@ -31,7 +31,7 @@ VertexIndices verticesOf(const PlacedMesh& mesh, const WideNode& leaf, int i) {
 /// Sets the corners of a leaf's triangles, in the mesh's frame.
 void setCorners(const PlacedMesh& mesh, const WideNode& leaf, TiedCorners& to) {
   for (int k = 0; k < int(leaf.count); ++k) {
-    const TrianglePoints<double> points = mesh.pointsAt(static_cast<unsigned>(leaf.first + k));
+    const TrianglePoints points = mesh.pointsAt(static_cast<unsigned>(leaf.first + k));
     for (std::size_t c = 0; c < 3; ++c) to.set(c, k, points[c]);
   }
 }
@@ -39,7 +39,7 @@ void setCorners(const PlacedMesh& mesh, const WideNode& leaf, TiedCorners& to) {
 }  // namespace
 
 NearestPair::NearestPair(const PlacedMesh& first, const PlacedMesh& second,
-                         const DistanceQuery<double>& query)
+                         const DistanceQuery& query)
     : first_(first),
       second_(second),
       request_(query.request),
@@ -54,7 +54,7 @@ NearestPair::NearestPair(const PlacedMesh& first, const PlacedMesh& second,
 /// Sets the limit to the distance so far, less tolerances: FCL descends below a pair of nodes
 /// unless its bound c satisfies c >= min_distance - abs_err and c (1 + rel_err) >= min_distance.
 void NearestPair::setLimit() {
-  const auto distance = static_cast<double>(result_.min_distance);
+  const double distance = result_.min_distance;
   limit_ = std::max(distance - static_cast<double>(request_.abs_err),
                     distance / (1 + static_cast<double>(request_.rel_err)));
   final_bound_ = isClear() ? limitWithinRounding() : std::numeric_limits<double>::infinity();

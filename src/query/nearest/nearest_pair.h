@@ -20,8 +20,7 @@ namespace adaptive_bvh {
 /// between the nearest points so far; bounds along it are tight. Distances are in the meshes' unit.
 class NearestPair {
  public:
-  NearestPair(const PlacedMesh& first, const PlacedMesh& second,
-              const DistanceQuery<double>& query);
+  NearestPair(const PlacedMesh& first, const PlacedMesh& second, const DistanceQuery& query);
   NearestPair(const NearestPair&) = delete;
   NearestPair& operator=(const NearestPair&) = delete;
 

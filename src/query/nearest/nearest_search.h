@@ -90,7 +90,7 @@ class LeafBlocks {
     const WideNode& leaf = trees_.second().nodes()[number];
     fcl::Vector3d corners[4][3];
     for (int i = 0; i < 4; ++i) {
-      const TrianglePoints<double> points =
+      const TrianglePoints points =
           placed2_.pointsAt(static_cast<unsigned>(leaf.first + (i < int(leaf.count) ? i : 0)));
       for (std::size_t k = 0; k < 3; ++k)
         corners[i][k] = from_second_ * points[k] + origin_of_second_;

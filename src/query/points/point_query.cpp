@@ -18,8 +18,7 @@ namespace adaptive_bvh {
 namespace {
 
 /// Throws std::invalid_argument if a coordinate is infinite or NaN.
-template <typename S>
-void requireFinite(const fcl::Vector3<S>* points, std::size_t count) {
+void requireFinite(const fcl::Vector3d* points, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i)
     if (!points[i].allFinite())
       throw std::invalid_argument("adaptive_bvh: point " + std::to_string(i) + " is not finite");
@@ -27,92 +26,77 @@ void requireFinite(const fcl::Vector3<S>* points, std::size_t count) {
 
 /// Calls each(i, x) for all points, neighbours in space one after the other, on the threads of the
 /// mesh's queries. Each thread calls makeEach() for a function of its own.
-template <typename S, typename MakeEach>
-void forEachPoint(const MeshState& mesh, const fcl::Vector3<S>* points, std::size_t count,
+template <typename MakeEach>
+void forEachPoint(const MeshState& mesh, const fcl::Vector3d* points, std::size_t count,
                   const MakeEach& makeEach) {
-  const auto point = [&](std::size_t i) -> fcl::Vector3d {
-    return points[i].template cast<double>();
-  };
+  const auto point = [&](std::size_t i) -> fcl::Vector3d { return points[i]; };
   const Leased<PointOrder> leased;
   const PointOrder& order = *leased;
   leased->sort(count, point);
-  forEachBatch(mesh.query_threads, count, [&](std::size_t begin, std::size_t end) {
+  forEachBatch(mesh.threads, count, [&](std::size_t begin, std::size_t end) {
     auto each = makeEach();
     for (std::size_t i = begin; i < end; ++i) each(order[i], point(order[i]));
   });
 }
 
 /// Converts the result of a search to S.
-template <typename S>
-ClosestPoint<S> pointOf(const PointSearch::Nearest& nearest) {
-  return {nearest.point.template cast<S>(), static_cast<S>(nearest.distance), nearest.triangle};
+ClosestPoint pointOf(const PointSearch::Nearest& nearest) {
+  return {nearest.point, nearest.distance, nearest.triangle};
 }
 
 /// Converts the result of a search to S; adds the feature of the nearest point and its normal. If
 /// no triangle was found: a NaN point at an infinite distance.
-template <typename S>
-ClosestFeature<S> featureOf(const SurfaceNormals& normals, const fcl::Vector3d& x,
-                            const PointSearch::Nearest& nearest) {
+ClosestFeature featureOf(const SurfaceNormals& normals, const fcl::Vector3d& x,
+                         const PointSearch::Nearest& nearest) {
   if (nearest.triangle < 0)
-    return {fcl::Vector3<S>::Constant(std::numeric_limits<S>::quiet_NaN()),
-            std::numeric_limits<S>::infinity(),
+    return {fcl::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()),
+            std::numeric_limits<double>::infinity(),
             -1,
-            fcl::Vector3<S>::Zero(),
+            fcl::Vector3d::Zero(),
             SurfaceFeature::Face,
             0,
-            fcl::Vector3<S>::Zero()};
+            fcl::Vector3d::Zero()};
   const SurfacePlace place = normals.placeOf(x, nearest.place, unsigned(nearest.triangle));
-  return {nearest.point.template cast<S>(),
-          static_cast<S>(nearest.distance),
-          nearest.triangle,
-          place.barycentric.template cast<S>(),
-          place.feature,
-          normals.numberOf(place),
-          normals.at(place).template cast<S>()};
+  return {nearest.point, nearest.distance,        nearest.triangle, place.barycentric,
+          place.feature, normals.numberOf(place), normals.at(place)};
 }
 
 /// Sets `result`, by vertex of `mesh`, to the distance to `other`, at most `limit`, times sign(x);
 /// x is the vertex in the other's frame. makeSign() returns a thread's own function.
-template <typename S, typename MakeSign>
+template <typename MakeSign>
 void findDistances(const MeshState& mesh, const RelativePlacement& to_other, const MeshState& other,
-                   S limit, const MakeSign& makeSign, std::vector<S>& result) {
+                   double limit, const MakeSign& makeSign, std::vector<double>& result) {
   result.resize(mesh.vertices.size());
   forEachPoint(other, mesh.vertices.data(), result.size(), [&] {
     return [&, search = NearestInTurn(other), sign = makeSign()](std::size_t i,
                                                                  const fcl::Vector3d& x) mutable {
       const fcl::Vector3d in_other = to_other(x);
-      result[i] =
-          sign(in_other) * static_cast<S>(search(in_other, static_cast<double>(limit)).distance);
+      result[i] = sign(in_other) * search(in_other, limit).distance;
     };
   });
 }
 
 }  // namespace
 
-template <typename S>
-void closestPoints(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points, std::size_t count,
-                   std::vector<ClosestPoint<S>>& result) {
+void closestPoints(const DeformableMesh& mesh, const fcl::Vector3d* points, std::size_t count,
+                   std::vector<ClosestPoint>& result) {
   requireFinite(points, count);
   result.resize(count);
   const MeshState& state = stateOf(mesh);
   forEachPoint(state, points, count, [&] {
     return [&, search = NearestInTurn(state)](std::size_t i, const fcl::Vector3d& x) mutable {
-      result[i] = pointOf<S>(search(x));
+      result[i] = pointOf(search(x));
     };
   });
 }
 
-template <typename S>
-ClosestPoint<S> closestPoint(const DeformableMesh<S>& mesh,
-                             const NonDeduced<fcl::Vector3<S>>& point) {
+ClosestPoint closestPoint(const DeformableMesh& mesh, const fcl::Vector3d& point) {
   requireFinite(&point, 1);
-  return pointOf<S>(NearestInTurn(stateOf(mesh))(point.template cast<double>()));
+  return pointOf(NearestInTurn(stateOf(mesh))(point));
 }
 
-template <typename S>
-void closestFeatures(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points,
-                     std::size_t count, NonDeduced<S> limit,
-                     std::vector<ClosestFeature<S>>& result) {
+void closestFeatures(const DeformableMesh& mesh, const fcl::Vector3d* points, std::size_t count,
+                     double limit, std::vector<ClosestFeature>& result) {
   requireDistance(limit, "limit");
   requireFinite(points, count);
   result.resize(count);
@@ -120,14 +104,13 @@ void closestFeatures(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* point
   const SurfaceNormals normals(state);
   forEachPoint(state, points, count, [&] {
     return [&, search = NearestInTurn(state)](std::size_t i, const fcl::Vector3d& x) mutable {
-      result[i] = featureOf<S>(normals, x, search(x, static_cast<double>(limit)));
+      result[i] = featureOf(normals, x, search(x, limit));
     };
   });
 }
 
-template <typename S>
-void signedDistances(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points,
-                     std::size_t count, std::vector<S>& result) {
+void signedDistances(const DeformableMesh& mesh, const fcl::Vector3d* points, std::size_t count,
+                     std::vector<double>& result) {
   const MeshState& state = stateOf(mesh);
   requireClosed(state, "signedDistances");
   requireFinite(points, count);
@@ -137,26 +120,24 @@ void signedDistances(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* point
                std::size_t i, const fcl::Vector3d& x) mutable {
       const double distance = search(x).distance;
       const bool is_inside = distance > 0 && winding.of(x) != 0;
-      result[i] = static_cast<S>(is_inside ? -distance : distance);
+      result[i] = is_inside ? -distance : distance;
     };
   });
 }
 
-template <typename S>
-void windingNumbers(const DeformableMesh<S>& mesh, const fcl::Vector3<S>* points, std::size_t count,
-                    std::vector<S>& result) {
+void windingNumbers(const DeformableMesh& mesh, const fcl::Vector3d* points, std::size_t count,
+                    std::vector<double>& result) {
   requireFinite(points, count);
   result.resize(count);
   const MeshState& state = stateOf(mesh);
   forEachPoint(state, points, count, [&] {
     return [&, winding = WindingNumber(state)](std::size_t i, const fcl::Vector3d& x) mutable {
-      result[i] = static_cast<S>(winding.of(x));
+      result[i] = winding.of(x);
     };
   });
 }
 
-template <typename S>
-bool isWatertight(const DeformableMesh<S>& mesh, std::vector<OpenEdge>* open_edges) {
+bool isWatertight(const DeformableMesh& mesh, std::vector<OpenEdge>* open_edges) {
   const MeshState& state = stateOf(mesh);
   const bool is_closed = state.topology->owners.isClosed();
   if (!open_edges) return is_closed;
@@ -171,55 +152,31 @@ bool isWatertight(const DeformableMesh<S>& mesh, std::vector<OpenEdge>* open_edg
   return false;
 }
 
-template <typename S>
-void clearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
-               const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf,
-               NonDeduced<S> limit, std::vector<S>& result) {
+void vertexDistances(const DeformableMesh& mesh, const fcl::Transform3d& tf,
+                     const DeformableMesh& other, const fcl::Transform3d& tf2, double limit,
+                     std::vector<double>& result) {
   requireDistance(limit, "limit");
   requireRigid(tf);
-  requireRigid(other_tf);
-  const auto makePositive = [] { return [](const fcl::Vector3d&) { return S(1); }; };
-  findDistances(stateOf(mesh), RelativePlacement(other_tf, tf), stateOf(other), limit, makePositive,
+  requireRigid(tf2);
+  const auto makePositive = [] { return [](const fcl::Vector3d&) { return 1.; }; };
+  findDistances(stateOf(mesh), RelativePlacement(tf2, tf), stateOf(other), limit, makePositive,
                 result);
 }
 
-template <typename S>
-void signedClearance(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
-                     const DeformableMesh<S>& other, const fcl::Transform3<S>& other_tf,
-                     NonDeduced<S> limit, std::vector<S>& result) {
+void signedVertexDistances(const DeformableMesh& mesh, const fcl::Transform3d& tf,
+                           const DeformableMesh& other, const fcl::Transform3d& tf2, double limit,
+                           std::vector<double>& result) {
   requireDistance(limit, "limit");
   requireRigid(tf);
-  requireRigid(other_tf);
+  requireRigid(tf2);
   const MeshState& closed = stateOf(other);
   requireClosed(closed, "a signed clearance");
   const auto makeWindingSign = [&] {
     return [number = WindingNumber(closed)](const fcl::Vector3d& x) mutable {
-      return number.of(x) != 0 ? S(-1) : S(1);
+      return number.of(x) != 0 ? double(-1) : 1.;
     };
   };
-  findDistances(stateOf(mesh), RelativePlacement(other_tf, tf), closed, limit, makeWindingSign,
-                result);
+  findDistances(stateOf(mesh), RelativePlacement(tf2, tf), closed, limit, makeWindingSign, result);
 }
-
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                               \
-  template ClosestPoint<S> closestPoint(const DeformableMesh<S>&, const fcl::Vector3<S>&);        \
-  template void closestPoints(const DeformableMesh<S>&, const fcl::Vector3<S>*, std::size_t,      \
-                              std::vector<ClosestPoint<S>>&);                                     \
-  template void closestFeatures(const DeformableMesh<S>&, const fcl::Vector3<S>*, std::size_t, S, \
-                                std::vector<ClosestFeature<S>>&);                                 \
-  template void signedDistances(const DeformableMesh<S>&, const fcl::Vector3<S>*, std::size_t,    \
-                                std::vector<S>&);                                                 \
-  template void windingNumbers(const DeformableMesh<S>&, const fcl::Vector3<S>*, std::size_t,     \
-                               std::vector<S>&);                                                  \
-  template bool isWatertight(const DeformableMesh<S>&, std::vector<OpenEdge>*);                   \
-  template void clearance(const DeformableMesh<S>&, const fcl::Transform3<S>&,                    \
-                          const DeformableMesh<S>&, const fcl::Transform3<S>&, S,                 \
-                          std::vector<S>&);                                                       \
-  template void signedClearance(const DeformableMesh<S>&, const fcl::Transform3<S>&,              \
-                                const DeformableMesh<S>&, const fcl::Transform3<S>&, S,           \
-                                std::vector<S>&);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
-#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -46,7 +46,7 @@ class PointSearch {
     double distance = std::numeric_limits<double>::infinity();
     int triangle = -1;           ///< its index; -1 if none is within the initial distance
     VertexIndices corners = {};  ///< of the triangle
-    feature_distance::FacePlace<double> place = {};          ///< of the point in the triangle
+    feature_distance::FacePlace place = {};                  ///< of the point in the triangle
     double limit = std::numeric_limits<double>::infinity();  ///< farther triangles are ignored
   };
 
@@ -77,11 +77,11 @@ class PointSearch {
 
  private:
   using Corners = std::array<fcl::Vector3d, 3>;
-  using Place = feature_distance::FacePlace<double>;
+  using Place = feature_distance::FacePlace;
 
   template <typename Index>
   fcl::Vector3d point(Index vertex) const {
-    return mesh_.vertices[static_cast<std::size_t>(vertex)].template cast<double>();
+    return mesh_.vertices[static_cast<std::size_t>(vertex)];
   }
   Corners pointsOf(const VertexIndices& v) const { return {point(v[0]), point(v[1]), point(v[2])}; }
 
@@ -91,8 +91,7 @@ class PointSearch {
     if (triangle == nearest.triangle) return;
     fcl::Vector3d on_face;
     Place place;
-    const double distance =
-        feature_distance::Face<double>(pointsOf(corners)).distance(x, on_face, place);
+    const double distance = feature_distance::Face(pointsOf(corners)).distance(x, on_face, place);
     const double excess = distance - nearest.distance;
     if (excess > rounding_ || distance > nearest.limit) return;
     const Nearest found = {on_face, distance, triangle, corners, place, nearest.limit};

@@ -18,16 +18,14 @@
 namespace adaptive_bvh {
 
 /// Throws std::invalid_argument if a ray is not finite or its direction is zero.
-template <typename S>
-void requireRay(const fcl::Vector3<S>& origin, const fcl::Vector3<S>& direction) {
+inline void requireRay(const fcl::Vector3d& origin, const fcl::Vector3d& direction) {
   if (!origin.allFinite() || !direction.allFinite())
     throw std::invalid_argument("adaptive_bvh: a ray's origin or direction is not finite");
   if (direction.isZero(0)) throw std::invalid_argument("adaptive_bvh: a ray's direction is zero");
 }
 
 /// Throws std::invalid_argument if a range is NaN, begins below 0 or ends before it begins.
-template <typename S>
-void requireRange(const RayRange<S>& range) {
+inline void requireRange(const RayRange& range) {
   if (std::isnan(range.begin) || std::isnan(range.end))
     throw std::invalid_argument("adaptive_bvh: the range of a ray is NaN");
   if (range.begin < 0)

@@ -26,13 +26,12 @@ class SurfaceNormals {
   /// Returns the triangle's point that is nearest to x. (x is in the mesh's frame.)
   SurfacePlace nearestPlace(const fcl::Vector3d& x, unsigned triangle) const {
     fcl::Vector3d on_face;
-    feature_distance::FacePlace<double> place;
-    feature_distance::Face<double>(cornersOf(triangle)).distance(x, on_face, place);
+    feature_distance::FacePlace place;
+    feature_distance::Face(cornersOf(triangle)).distance(x, on_face, place);
     return placeOf(place, triangle);
   }
   /// Converts a place on a triangle.
-  static SurfacePlace placeOf(const feature_distance::FacePlace<double>& on_face,
-                              unsigned triangle) {
+  static SurfacePlace placeOf(const feature_distance::FacePlace& on_face, unsigned triangle) {
     const std::size_t edge = on_face.edge;
     SurfacePlace place = {SurfaceFeature::Face, triangle, 0, fcl::Vector3d::Zero()};
     const auto weight = [&](std::size_t k) -> double& {
@@ -48,7 +47,7 @@ class SurfaceNormals {
   }
   /// Converts the place on a triangle that is nearest to x. If x is exactly on a side, so is the
   /// place, which may be inside by rounding.
-  SurfacePlace placeOf(const fcl::Vector3d& x, const feature_distance::FacePlace<double>& on_face,
+  SurfacePlace placeOf(const fcl::Vector3d& x, const feature_distance::FacePlace& on_face,
                        unsigned triangle) const {
     SurfacePlace place = placeOf(on_face, triangle);
     const auto p = cornersOf(triangle);
@@ -96,9 +95,7 @@ class SurfaceNormals {
 
  private:
   VertexIndices verticesOf(unsigned triangle) const { return mesh_.view().verticesOf(triangle); }
-  fcl::Vector3d point(unsigned vertex) const {
-    return mesh_.vertices[vertex].template cast<double>();
-  }
+  fcl::Vector3d point(unsigned vertex) const { return mesh_.vertices[vertex]; }
   std::array<fcl::Vector3d, 3> cornersOf(unsigned triangle) const {
     const VertexIndices v = verticesOf(triangle);
     return {point(v[0]), point(v[1]), point(v[2])};

@@ -99,7 +99,7 @@ bool SurfacePatches::addWindings(const Enclosed& cavity, WhichBody body, const f
   candidates_.clear();
   surface.rays->find(line.from, along, candidates_);
   for (const unsigned t : candidates_) {
-    const TrianglePoints<double> p = surface.triangle(t);
+    const TrianglePoints p = surface.triangle(t);
     const int passage = passageThrough(p, line.from, far, shifted);
     if (passage == 0) continue;
     const unsigned label = winding.label(surface.corners(t)[0]);
@@ -115,7 +115,7 @@ bool SurfacePatches::addWindings(const Enclosed& cavity, WhichBody body, const f
 
 /// Keeps a curve in a triangle if it goes around a hole.
 void SurfacePatches::addIfHole(std::size_t curve, WhichBody body, unsigned triangle) {
-  const TrianglePoints<double> p = (*bodies_)[indexOf(body)].triangle(triangle);
+  const TrianglePoints p = (*bodies_)[indexOf(body)].triangle(triangle);
   const fcl::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
   const double area = signedArea(curves_[curve], body, normal);
   if (area < 0) holes_.push_back({curve, body, triangle, area});
@@ -127,7 +127,7 @@ void SurfacePatches::addIfHole(std::size_t curve, WhichBody body, unsigned trian
 void SurfacePatches::connectHole(const Hole& hole) {
   constexpr std::size_t kPoints = 8;
   const CrossingCurve& curve = curves_[hole.curve];
-  const TrianglePoints<double> p = (*bodies_)[indexOf(hole.body)].triangle(hole.triangle);
+  const TrianglePoints p = (*bodies_)[indexOf(hole.body)].triangle(hole.triangle);
   const CutTriangle& cut = *cutTriangle(hole.body, hole.triangle);
   const auto pieceAt = [&](std::size_t i) -> Piece {
     return pieceOf(hole.body, crossings_->segments()[curve_segments_[i]]);
@@ -143,8 +143,7 @@ void SurfacePatches::connectHole(const Hole& hole) {
 }
 
 /// Returns the line through a point of a triangle's plane, along the axis nearest to its normal.
-auto SurfacePatches::lineAcross(const TrianglePoints<double>& triangle, const fcl::Vector3d& x)
-    -> Line {
+auto SurfacePatches::lineAcross(const TrianglePoints& triangle, const fcl::Vector3d& x) -> Line {
   int axis;
   (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).cwiseAbs().maxCoeff(&axis);
   return {x, fcl::Vector3d::Unit((axis + 1) % 3), fcl::Vector3d::Unit((axis + 2) % 3)};

@@ -49,7 +49,7 @@ struct Polygon {
 
 /// Returns the first triangle of a pair, with heights above the front of the second, relative to
 /// the largest one. If all heights are 0, they are 1 or -1 as the tie is broken (FaceSide::sign).
-Polygon withHeights(const TrianglePoints<double>& first, const CoplanarPair& pair) {
+Polygon withHeights(const TrianglePoints& first, const CoplanarPair& pair) {
   double largest = 0;
   for (const FaceSide& side : pair.sides) largest = std::max(largest, std::fabs(side.value));
   Polygon polygon;
@@ -61,14 +61,13 @@ Polygon withHeights(const TrianglePoints<double>& first, const CoplanarPair& pai
 }
 
 /// Returns the direction across side k of a triangle, toward its inside.
-fcl::Vector3d inwardOf(const TrianglePoints<double>& triangle, const fcl::Vector3d& normal,
-                       std::size_t k) {
+fcl::Vector3d inwardOf(const TrianglePoints& triangle, const fcl::Vector3d& normal, std::size_t k) {
   return normal.cross(triangle[(k + 1) % 3] - triangle[k]);
 }
 
 /// Whether the first triangle is outside of a side of the second, up to rounding, so that they have
 /// no common area. `normal`: of the second.
-bool hasOutside(const TrianglePoints<double>& first, const TrianglePoints<double>& second,
+bool hasOutside(const TrianglePoints& first, const TrianglePoints& second,
                 const fcl::Vector3d& normal, double rounding) {
   for (std::size_t k = 0; k < 3; ++k) {
     const fcl::Vector3d inward = inwardOf(second, normal, k);
@@ -81,8 +80,7 @@ bool hasOutside(const TrianglePoints<double>& first, const TrianglePoints<double
 }
 
 /// Returns the part of a polygon inside a triangle in the same plane. `normal`: of the triangle.
-Polygon clipped(Polygon polygon, const TrianglePoints<double>& triangle,
-                const fcl::Vector3d& normal) {
+Polygon clipped(Polygon polygon, const TrianglePoints& triangle, const fcl::Vector3d& normal) {
   for (std::size_t k = 0; k < 3 && polygon.count > 2; ++k) {
     const fcl::Vector3d inward = inwardOf(triangle, normal, k);
     polygon = polygon.clipped(
@@ -97,8 +95,7 @@ void findCoincidingFaces(const ClosedSurfaces& bodies, const SurfaceCrossings& c
                          SurfacePatches& patches, std::vector<CoincidingFaces>& found) {
   found.clear();
   for (const CoplanarPair& pair : crossings.coplanar()) {
-    const TrianglePoints<double> p = bodies[0].triangle(pair.first),
-                                 q = bodies[1].triangle(pair.second);
+    const TrianglePoints p = bodies[0].triangle(pair.first), q = bodies[1].triangle(pair.second);
     const fcl::Vector3d p_normal = (p[1] - p[0]).cross(p[2] - p[0]),
                         q_normal = (q[1] - q[0]).cross(q[2] - q[0]);
     if (hasOutside(p, q, q_normal, crossings.rounding()) ||

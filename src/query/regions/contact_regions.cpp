@@ -13,7 +13,6 @@
 #include "query/points/winding_number.h"
 #include "query/regions/coinciding.h"
 #include "query/regions/patches.h"
-#include "query/single_precision.h"
 
 namespace adaptive_bvh {
 namespace {
@@ -168,7 +167,7 @@ void collectCandidates(const PlacedMesh& first, const PlacedMesh& second,
 /// The largest absolute coordinate of a mesh, in its frame.
 double extentOf(const PlacedMesh& body) {
   const fcl::AABBd& box = body.bounds().aabb_local;
-  return static_cast<double>(box.min_.cwiseAbs().cwiseMax(box.max_.cwiseAbs()).maxCoeff());
+  return box.min_.cwiseAbs().cwiseMax(box.max_.cwiseAbs()).maxCoeff();
 }
 
 /// Whether a surface encloses a negative volume.
@@ -176,7 +175,7 @@ bool facesInward(const ClosedSurface& surface) {
   const fcl::Vector3d& origin = surface.points[0];
   double volume = 0;
   for (unsigned t = 0; t < surface.numTriangles(); ++t) {
-    const TrianglePoints<double> p = surface.triangle(t);
+    const TrianglePoints p = surface.triangle(t);
     volume += (p[0] - origin).dot((p[1] - origin).cross(p[2] - origin));
   }
   return volume < 0;
@@ -224,7 +223,7 @@ void findPatches(const PlacedMesh& first, const PlacedMesh& second,
   if (has_none || areBallsFarther(first, second, to_first, 0)) return memory.patches.clear();
   const double shift = to_first.T.cwiseAbs().maxCoeff(),
                extent = std::max(extentOf(first), extentOf(second)) + shift,
-               in_world = extent + double(first.tf.translation().cwiseAbs().maxCoeff());
+               in_world = extent + first.tf.translation().cwiseAbs().maxCoeff();
   memory.exponent = std::ilogb(rounding::enlargement(extent));
   placeSurface(first.mesh, RelativePlacement(), memory.scale(), memory.bodies[0]);
   placeSurface(second.mesh, to_first, memory.scale(), memory.bodies[1]);
@@ -242,8 +241,7 @@ void findPatches(const PlacedMesh& first, const PlacedMesh& second,
 
 /// Whether a point of a triangle's plane is in the triangle. A part's centroid may be outside if
 /// the other body intersects itself.
-bool isWithin(const TrianglePoints<double>& p, const fcl::Vector3d& normal,
-              const fcl::Vector3d& x) {
+bool isWithin(const TrianglePoints& p, const fcl::Vector3d& normal, const fcl::Vector3d& x) {
   for (std::size_t k = 0; k < 3; ++k)
     if ((p[(k + 1) % 3] - p[k]).cross(x - p[k]).dot(normal) < 0) return false;
   return true;
@@ -290,8 +288,7 @@ void sumRegions(const PlacedMesh& first, const PlacedMesh& second, RegionMemory&
 /// Writes the regions into a result, in world coordinates.
 class RegionWriter {
  public:
-  RegionWriter(const RegionMemory& memory, const fcl::Transform3d& tf,
-               ContactRegions<double>& result)
+  RegionWriter(const RegionMemory& memory, const fcl::Transform3d& tf, ContactRegions& result)
       : memory_(memory),
         rotation_(tf.linear()),
         translation_(tf.translation()),
@@ -329,7 +326,7 @@ class RegionWriter {
     }
   }
 
-  void writePatches(WhichBody body, ContactPatches<double>& patches) const {
+  void writePatches(WhichBody body, ContactPatches& patches) const {
     const std::size_t side = indexOf(body), count = memory_.sums.size();
     patches.areas.resize(count);
     patches.centroids.resize(count);
@@ -370,15 +367,14 @@ class RegionWriter {
   const fcl::Matrix3d rotation_;
   const fcl::Vector3d translation_;
   const double scale_;
-  ContactRegions<double>& result_;
+  ContactRegions& result_;
 };
 
 }  // namespace
 
-template <typename S>
-std::size_t contactRegions(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-                           const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
-                           ContactRegions<S>& result) {
+std::size_t contactRegions(const DeformableMesh& first, const fcl::Transform3d& tf1,
+                           const DeformableMesh& second, const fcl::Transform3d& tf2,
+                           ContactRegions& result) {
   requireRigid(tf1);
   requireRigid(tf2);
   requireClosed(stateOf(first), "contactRegions");
@@ -386,20 +382,11 @@ std::size_t contactRegions(const DeformableMesh<S>& first, const fcl::Transform3
   const Leased<RegionMemory> leased;
   RegionMemory& memory = *leased;
   const PlacedMesh one(first, tf1), two(second, tf2);
-  findPatches(one, two, RelativePlacement(one.tf, two.tf),
-              double(std::numeric_limits<S>::epsilon()), memory);
+  findPatches(one, two, RelativePlacement(one.tf, two.tf), std::numeric_limits<double>::epsilon(),
+              memory);
   sumRegions(one, two, memory);
-  answerInDouble(result, [&](ContactRegions<double>& regions) {
-    RegionWriter(memory, one.tf, regions).write();
-  });
+  RegionWriter(memory, one.tf, result).write();
   return result.size();
 }
-
-template std::size_t contactRegions(const DeformableMesh<float>&, const fcl::Transform3<float>&,
-                                    const DeformableMesh<float>&, const fcl::Transform3<float>&,
-                                    ContactRegions<float>&);
-template std::size_t contactRegions(const DeformableMesh<double>&, const fcl::Transform3<double>&,
-                                    const DeformableMesh<double>&, const fcl::Transform3<double>&,
-                                    ContactRegions<double>&);
 
 }  // namespace adaptive_bvh

@@ -21,7 +21,7 @@ bool areOnOneSide(const std::array<FaceSide, 3>& sides) {
 
 /// Whether the relative error of `value`, the rounded orientation of a face and x, is at most
 /// 2^-33. The product of lengths, `size`, underflows whenever the orientation may.
-bool isPrecise(double value, const TrianglePoints<double>& face, const fcl::Vector3d& x) {
+bool isPrecise(double value, const TrianglePoints& face, const fcl::Vector3d& x) {
   constexpr double kLeast = 0x1p-900;
   double size = 1;
   for (const fcl::Vector3d& corner : face) size *= (corner - x).lpNorm<Eigen::Infinity>();
@@ -31,8 +31,8 @@ bool isPrecise(double value, const TrianglePoints<double>& face, const fcl::Vect
 /// Returns where the line between two points on different sides of a face's plane crosses the
 /// plane, from 0 (at p) to 1 (at q). `at_p`, `at_q`: rounded orientations. For needles and nearly
 /// parallel faces these have hardly a correct digit; then exact ones replace them.
-double crossingParameter(const TrianglePoints<double>& face, const fcl::Vector3d& p,
-                         const fcl::Vector3d& q, double at_p, double at_q) {
+double crossingParameter(const TrianglePoints& face, const fcl::Vector3d& p, const fcl::Vector3d& q,
+                         double at_p, double at_q) {
   if (isTaken(Shortcut::RoundedPredicates) && isPrecise(at_p, face, p) &&
       isPrecise(at_q, face, q)) {
     const double a = 0.25 * std::fabs(at_p), b = 0.25 * std::fabs(at_q);  // their sum is finite
@@ -54,8 +54,7 @@ fcl::Vector3d between(const fcl::Vector3d& a, const fcl::Vector3d& b, double t) 
 
 }  // namespace
 
-bool areNear(const TrianglePoints<double>& points, const TrianglePoints<double>& face,
-             double limit) {
+bool areNear(const TrianglePoints& points, const TrianglePoints& face, double limit) {
   const fcl::Vector3d normal = (face[1] - face[0]).cross(face[2] - face[0]);
   const double least = limit * normal.norm();
   return std::all_of(points.begin(), points.end(), [&](const fcl::Vector3d& x) {
@@ -79,8 +78,7 @@ void SurfaceCrossings::build(const ClosedSurfaces& bodies, std::vector<TriangleP
 
 /// Adds the segment and nodes of two triangles, if they cross; also records coplanar pairs.
 void SurfaceCrossings::testPair(const ClosedSurfaces& bodies, const TrianglePair& pair) {
-  const TrianglePoints<double> p = bodies[0].triangle(pair.first),
-                               q = bodies[1].triangle(pair.second);
+  const TrianglePoints p = bodies[0].triangle(pair.first), q = bodies[1].triangle(pair.second);
   std::array<FaceSide, 3> sides1, sides2;
   for (std::size_t k = 0; k < 3; ++k) sides1[k] = sideOfFace(q, p[k], WhichBody::First);
   keepIfCoplanar(pair, p, q, sides1);
@@ -95,8 +93,8 @@ void SurfaceCrossings::testPair(const ClosedSurfaces& bodies, const TrianglePair
 }
 
 /// Records two triangles if they are in one plane: the corners of each near that of the other.
-void SurfaceCrossings::keepIfCoplanar(const TrianglePair& pair, const TrianglePoints<double>& p,
-                                      const TrianglePoints<double>& q,
+void SurfaceCrossings::keepIfCoplanar(const TrianglePair& pair, const TrianglePoints& p,
+                                      const TrianglePoints& q,
                                       const std::array<FaceSide, 3>& sides) {
   // An orientation is a height times twice the area of the face, which `most` bounds from above.
   // Nearly all pairs return here.
@@ -109,9 +107,8 @@ void SurfaceCrossings::keepIfCoplanar(const TrianglePair& pair, const TrianglePo
 /// Adds a node for each edge of one triangle that crosses the face of the other. `sides`: on which
 /// sides of `face` the corners of `edges` lie.
 void SurfaceCrossings::testEdges(const ClosedSurface& surface, WhichBody body,
-                                 const TrianglePair& pair, const TrianglePoints<double>& edges,
-                                 const TrianglePoints<double>& face,
-                                 const std::array<FaceSide, 3>& sides) {
+                                 const TrianglePair& pair, const TrianglePoints& edges,
+                                 const TrianglePoints& face, const std::array<FaceSide, 3>& sides) {
   const bool is_first = body == WhichBody::First;
   const VertexIndices v = surface.corners(is_first ? pair.first : pair.second);
   for (std::size_t k = 0; k < 3; ++k) {

@@ -62,8 +62,7 @@ struct FaceSide {
   int sign;      ///< 1 behind the face, -1 in front of it; 0 only for a face without area
 };
 /// Returns the side of a point. `body`: to which the point belongs; the face is the other's.
-inline FaceSide sideOfFace(const TrianglePoints<double>& face, const fcl::Vector3d& point,
-                           WhichBody body) {
+inline FaceSide sideOfFace(const TrianglePoints& face, const fcl::Vector3d& point, WhichBody body) {
   const double value = orientation(face[0], face[1], face[2], point);
   return {value, brokenTie(value, face[0], face[1], face[0], face[2], body == WhichBody::First)};
 }
@@ -78,8 +77,8 @@ inline int passingSide(const fcl::Vector3d& p, const fcl::Vector3d& q, const fcl
 
 /// Whether an edge that crosses the plane of the other body's face crosses the face: it passes all
 /// its sides on the same side. `body`: to which the edge belongs.
-inline bool passesWithin(const fcl::Vector3d& p, const fcl::Vector3d& q,
-                         const TrianglePoints<double>& face, WhichBody body) {
+inline bool passesWithin(const fcl::Vector3d& p, const fcl::Vector3d& q, const TrianglePoints& face,
+                         WhichBody body) {
   const int side = passingSide(p, q, face[0], face[1], body);
   return side == passingSide(p, q, face[1], face[2], body) &&
          side == passingSide(p, q, face[2], face[0], body);
@@ -87,15 +86,14 @@ inline bool passesWithin(const fcl::Vector3d& p, const fcl::Vector3d& q,
 
 /// Returns 1 if an edge leaves the other body through one of its faces, -1 if it enters it, 0 if it
 /// does not cross the face. `body`: to which the edge belongs.
-inline int passageThrough(const TrianglePoints<double>& face, const fcl::Vector3d& p,
+inline int passageThrough(const TrianglePoints& face, const fcl::Vector3d& p,
                           const fcl::Vector3d& q, WhichBody body) {
   const int at_p = sideOfFace(face, p, body).sign, at_q = sideOfFace(face, q, body).sign;
   return at_p * at_q < 0 && passesWithin(p, q, face, body) ? at_p : 0;
 }
 
 /// Whether points are nearer than `limit` to a face's plane; false for a face without area.
-bool areNear(const TrianglePoints<double>& points, const TrianglePoints<double>& face,
-             double limit);
+bool areNear(const TrianglePoints& points, const TrianglePoints& face, double limit);
 
 /// Finds the triangles of a mesh that a ray may meet, by its tree.
 class MeshRays {
@@ -138,7 +136,7 @@ struct ClosedSurface {
     const VertexIndices v = view.verticesOf(triangle);
     return faces_inward ? VertexIndices{v[0], v[2], v[1]} : v;
   }
-  TrianglePoints<double> triangle(unsigned triangle) const {
+  TrianglePoints triangle(unsigned triangle) const {
     const VertexIndices v = corners(triangle);
     return {points[v[0]], points[v[1]], points[v[2]]};
   }
@@ -209,10 +207,10 @@ class SurfaceCrossings {
   };
 
   void testPair(const ClosedSurfaces& bodies, const TrianglePair& pair);
-  void keepIfCoplanar(const TrianglePair& pair, const TrianglePoints<double>& p,
-                      const TrianglePoints<double>& q, const std::array<FaceSide, 3>& sides);
+  void keepIfCoplanar(const TrianglePair& pair, const TrianglePoints& p, const TrianglePoints& q,
+                      const std::array<FaceSide, 3>& sides);
   void testEdges(const ClosedSurface& surface, WhichBody body, const TrianglePair& pair,
-                 const TrianglePoints<double>& edges, const TrianglePoints<double>& face,
+                 const TrianglePoints& edges, const TrianglePoints& face,
                  const std::array<FaceSide, 3>& sides);
   void keepIfWhole(std::size_t first_end, const TrianglePair& pair);
   void collectNodes();

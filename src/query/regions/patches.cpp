@@ -194,7 +194,7 @@ unsigned SurfacePatches::regionAt(WhichBody body, unsigned triangle, const fcl::
   const ClosedSurface& surface = (*bodies_)[indexOf(body)];
   const CutTriangle* const cut = cutTriangle(body, triangle);
   if (!cut) return regionOf(body, surface.corners(triangle)[0]);
-  const TrianglePoints<double> p = surface.triangle(triangle);
+  const TrianglePoints p = surface.triangle(triangle);
   around_.clear();
   addWindings(lineAcross(p, x), *cut);
   const unsigned root = rootAround(kNoRegion);
@@ -221,7 +221,7 @@ void SurfacePatches::addWhole(WhichBody body, unsigned triangle) {
   const unsigned label = winding.label(surface.corners(triangle)[0]);
   const int number = winding.numberOf(label);
   if (number == 0) return;
-  const TrianglePoints<double> p = surface.triangle(triangle);
+  const TrianglePoints p = surface.triangle(triangle);
   const fcl::Vector3d u = p[1] - p[0], v = p[2] - p[0], cross = u.cross(v),
                       normal = cross.stableNormalized();
   const double area = 0.5 * number * cross.dot(normal);
@@ -231,7 +231,7 @@ void SurfacePatches::addWhole(WhichBody body, unsigned triangle) {
 
 /// Adds the parts of a triangle with crossings. Each piece adds a triangle with the part's origin.
 void SurfacePatches::addCut(const CutTriangle& cut) {
-  const TrianglePoints<double> p = (*bodies_)[indexOf(cut.body)].triangle(cut.triangle);
+  const TrianglePoints p = (*bodies_)[indexOf(cut.body)].triangle(cut.triangle);
   const fcl::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
   const std::size_t first_part = parts_.size();
   for (std::size_t i = cut.begin; i < cut.end; ++i) {

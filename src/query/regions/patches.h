@@ -128,7 +128,7 @@ class SurfacePatches {
   void connectHoles();
   void addIfHole(std::size_t curve, WhichBody body, unsigned triangle);
   void connectHole(const Hole& hole);
-  static Line lineAcross(const TrianglePoints<double>& triangle, const fcl::Vector3d& x);
+  static Line lineAcross(const TrianglePoints& triangle, const fcl::Vector3d& x);
   double signedArea(const CrossingCurve& curve, WhichBody body, const fcl::Vector3d& normal) const;
   const CutTriangle* cutTriangle(WhichBody body, unsigned triangle) const;
   void collectParts(WhichBody body);

@@ -41,10 +41,11 @@ FeatureTests::Pair CandidateTester::pair(unsigned number, unsigned leaf1, unsign
 bool CandidateTester::isIgnored(const FeatureTests::Pair& pair) const {
   const FeaturePair& of = pair.features;
   if (!request_.has_features)
-    return adaptive_bvh::isIgnored(request_.triangles, of.first, of.second);
-  const IgnoredPairs& ignored = pair.kind == FeatureKind::VertexFace   ? request_.vertex_face
-                                : pair.kind == FeatureKind::FaceVertex ? request_.face_vertex
-                                                                       : request_.edge_edge;
+    return adaptive_bvh::isIgnored(request_.ignored.triangles, of.first, of.second);
+  const IgnoredPairs& ignored = pair.kind == FeatureKind::VertexFace ? request_.ignored.vertex_face
+                                : pair.kind == FeatureKind::FaceVertex
+                                    ? request_.ignored.face_vertex
+                                    : request_.ignored.edge_edge;
   return adaptive_bvh::isIgnored(ignored, of.first, of.second);
 }
 
@@ -59,7 +60,7 @@ Bits CandidateTester::admitted(Bits bits, Bits before, unsigned leaf1, unsigned 
 }
 
 FeatureTests::Triangle CandidateTester::triangle(int side, unsigned leaf,
-                                                 const TrianglePoints<double>& points) const {
+                                                 const TrianglePoints& points) const {
   const MeshState& mesh = meshes_.mesh(side);
   return {mesh.tree.corners(leaf), mesh.topology->owners[leaf], points};
 }
@@ -207,7 +208,7 @@ class CandidateTester::UsedUp {
       reserve = near_limit_ - upper;
       return 1;
     }
-    const TrianglePoints<double> p = first_.points(first), q = second_.points(second);
+    const TrianglePoints p = first_.points(first), q = second_.points(second);
     const double distance = gapOf(p, q).distance;
     reserve = inUnit(reserveOf(distance));
     return tester_.features_.nearness().areNear(distance, p, q) ? 1 : 0;
@@ -265,7 +266,7 @@ void CandidateTester::takeAll(const CandidateRows& candidates, const TrackedMesh
 
 /// The features of two near triangles that are near.
 Bits CandidateTester::nearFeatures(unsigned leaf1, unsigned leaf2) const {
-  TrianglePoints<double> q = meshes_.second.pointsAt(leaf2);
+  TrianglePoints q = meshes_.second.pointsAt(leaf2);
   if (!meshes_.is_self)
     for (fcl::Vector3d& x : q) x = meshes_.to_first(x);
   unsigned bits = 0;

@@ -64,8 +64,7 @@ class CandidateTester {
   CandidateRows::Bits nearFeatures(unsigned leaf1, unsigned leaf2) const;
   CandidateRows::Bits admitted(CandidateRows::Bits bits, CandidateRows::Bits before, unsigned leaf1,
                                unsigned leaf2) const;
-  FeatureTests::Triangle triangle(int side, unsigned leaf,
-                                  const TrianglePoints<double>& points) const;
+  FeatureTests::Triangle triangle(int side, unsigned leaf, const TrianglePoints& points) const;
   void change(const CandidateChange& change, CandidateRows::Bits before,
               CandidateChanges& result) const;
 

@@ -71,7 +71,7 @@ class Surroundings {
   struct Side {
     struct Triangle {
       unsigned leaf_index;
-      TrianglePoints<double> corners;  ///< in the first mesh's frame
+      TrianglePoints corners;  ///< in the first mesh's frame
       fcl::AABBd box;
     };
 
@@ -253,38 +253,26 @@ bool areWithin(const PairOfMeshes& meshes, double distance, KnownProximity& know
 
 }  // namespace
 
-template <typename S>
-struct CoherentProximity<S>::State {
-  State(const DeformableMesh<S>& one, const DeformableMesh<S>& other) : first(one), second(other) {}
+struct CoherentProximity::State {
+  State(const DeformableMesh& one, const DeformableMesh& other) : first(one), second(other) {}
 
-  const DeformableMesh<S>&first, &second;
+  const DeformableMesh &first, &second;
   KnownProximity known;
 };
 
-template <typename S>
-CoherentProximity<S>::CoherentProximity(const DeformableMesh<S>& first,
-                                        const DeformableMesh<S>& second)
+CoherentProximity::CoherentProximity(const DeformableMesh& first, const DeformableMesh& second)
     : state_(std::make_unique<State>(first, second)) {}
-template <typename S>
-CoherentProximity<S>::~CoherentProximity() = default;
-template <typename S>
-CoherentProximity<S>::CoherentProximity(CoherentProximity&&) noexcept = default;
-template <typename S>
-std::size_t CoherentProximity<S>::searches() const {
-  return state_->known.searches;
-}
+CoherentProximity::~CoherentProximity() = default;
+CoherentProximity::CoherentProximity(CoherentProximity&&) noexcept = default;
+std::size_t CoherentProximity::searches() const { return state_->known.searches; }
 
-template <typename S>
-bool CoherentProximity<S>::isNearer(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2,
-                                    S distance) {
+bool CoherentProximity::isNearer(const fcl::Transform3d& tf1, const fcl::Transform3d& tf2,
+                                 double distance) {
   requireDistance(distance);
   requireRigid(tf1);
   requireRigid(tf2);
   const PairOfMeshes meshes(state_->first, tf1, state_->second, tf2);
-  return areWithin(meshes, static_cast<double>(distance), state_->known);
+  return areWithin(meshes, distance, state_->known);
 }
-
-template class CoherentProximity<float>;
-template class CoherentProximity<double>;
 
 }  // namespace adaptive_bvh

@@ -38,10 +38,10 @@ void collectPairs(const PairOfMeshes& meshes, double distance, const MakeSink& m
 /// Collects the near pairs of one mesh with itself. `skips_flat`: whether pairs with a common
 /// vertex do not count, so that nodes of FlatPatches need not be searched.
 template <typename MakeSink>
-void collectOwnPairs(const PlacedMesh& placed, double distance, NeighbourFilter filter,
+void collectOwnPairs(const PlacedMesh& placed, double distance, const LeftOut& left_out,
                      bool skips_flat, const MakeSink& makeSink, const MovedNodes& moved = {}) {
   const FlatPatches flat(placed.tree(), placed.mesh.topology->contours, distance);
-  PairInput input(placed, filter, distance);
+  PairInput input(placed, left_out, distance);
   // At larger distances hardly a node is flat: the heights of triangles must exceed the distance.
   if (skips_flat && isTaken(Shortcut::FlatPatches) && distance < 0.7 * meanEdge(placed.mesh))
     input.flat = &flat;

@@ -6,7 +6,6 @@
 #include "query/placed_mesh.h"
 #include "query/points/point_search.h"
 #include "query/points/surface_normals.h"
-#include "query/single_precision.h"
 #include "query/within/near_pairs.h"
 #include "query/within/required_features.h"
 #include "triangles/feature_distance.h"
@@ -83,9 +82,9 @@ class MeshFeatures {
 Detail vertexFaceDetail(const fcl::Vector3d& x, const MeshFeatures& mesh, unsigned triangle) {
   const Corners corners = mesh.face(triangle);
   Detail found;
-  feature_distance::FacePlace<double> on_face;
+  feature_distance::FacePlace on_face;
   found.first = x;
-  found.distance = feature_distance::Face<double>(corners).distance(x, found.second, on_face);
+  found.distance = feature_distance::Face(corners).distance(x, found.second, on_face);
   const SurfacePlace place = SurfaceNormals::placeOf(on_face, triangle);
   found.coordinates = place.barycentric;
   const double size = std::max(x.lpNorm<Eigen::Infinity>(), sizeOf(corners));
@@ -115,7 +114,7 @@ Detail edgeEdgeDetail(const MeshFeatures& first, unsigned edge1, const MeshFeatu
                       unsigned edge2) {
   const Segment a = first.edge(edge1), b = second.edge(edge2);
   std::array<double, 2> position;  // of the nearest points: from 0 to 1 along each edge
-  const FeatureDistance<double> nearest = edgeEdgeDistance<double>(a, b, position);
+  const FeatureDistance nearest = edgeEdgeDistance(a, b, position);
   Detail found{nearest.distance, nearest.first, nearest.second, {position[0], position[1], 0}, {}};
   if (nearest.distance > kTouching * std::max(sizeOf(a), sizeOf(b)))
     found.normal = directionOf(nearest.second - nearest.first);
@@ -148,7 +147,7 @@ void requireExist(const std::vector<FeaturePair>& pairs, const char* kind, std::
 /// Sets the result to detailOf(pair) of each pair. `tf`: maps the details' frame to the world.
 template <typename DetailOf>
 void writeDetails(int threads, const fcl::Transform3d& tf, const std::vector<FeaturePair>& pairs,
-                  const DetailOf& detailOf, FeatureDetails<double>& result) {
+                  const DetailOf& detailOf, FeatureDetails& result) {
   result.resize(pairs.size());
   forEachBatch(threads, pairs.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -172,7 +171,7 @@ void requireFeatures(const FeaturePairs& pairs, const MeshState& first, const Me
 
 void findFeatureDetails(const PlacedMesh& first, const MeshState& second,
                         const RelativePlacement& to_first, const FeaturePairs& pairs,
-                        FeaturePairDetails<double>& result) {
+                        FeaturePairDetails& result) {
   requireFeatures(pairs, first.mesh, second);
   const MeshFeatures a(first.mesh, RelativePlacement()), b(second, to_first);
   const int threads = queryThreads(first.mesh, second);
@@ -192,35 +191,19 @@ void findFeatureDetails(const PlacedMesh& first, const MeshState& second,
       result.edge_edge);
 }
 
-template <typename S>
-void featurePairDetails(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-                        const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
-                        const FeaturePairs& pairs, FeaturePairDetails<S>& result) {
+void featurePairDetails(const DeformableMesh& first, const fcl::Transform3d& tf1,
+                        const DeformableMesh& second, const fcl::Transform3d& tf2,
+                        const FeaturePairs& pairs, FeaturePairDetails& result) {
   requireRigid(tf1);
   requireRigid(tf2);
   const PlacedMesh one(first, tf1), two(second, tf2);
-  answerInDouble(result, [&](FeaturePairDetails<double>& details) {
-    findFeatureDetails(one, two.mesh, RelativePlacement(one.tf, two.tf), pairs, details);
-  });
+  findFeatureDetails(one, two.mesh, RelativePlacement(one.tf, two.tf), pairs, result);
 }
 
-template <typename S>
-void featurePairDetails(const DeformableMesh<S>& mesh, const FeaturePairs& pairs,
-                        FeaturePairDetails<S>& result) {
-  const PlacedMesh in_own_frame(mesh, fcl::Transform3<S>(fcl::Transform3<S>::Identity()));
-  answerInDouble(result, [&](FeaturePairDetails<double>& details) {
-    findFeatureDetails(in_own_frame, in_own_frame.mesh, RelativePlacement(), pairs, details);
-  });
+void selfFeaturePairDetails(const DeformableMesh& mesh, const FeaturePairs& pairs,
+                            FeaturePairDetails& result) {
+  const PlacedMesh in_own_frame(mesh, fcl::Transform3d(fcl::Transform3d::Identity()));
+  findFeatureDetails(in_own_frame, in_own_frame.mesh, RelativePlacement(), pairs, result);
 }
-
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                     \
-  template void featurePairDetails(const DeformableMesh<S>&, const fcl::Transform3<S>&, \
-                                   const DeformableMesh<S>&, const fcl::Transform3<S>&, \
-                                   const FeaturePairs&, FeaturePairDetails<S>&);        \
-  template void featurePairDetails(const DeformableMesh<S>&, const FeaturePairs&,       \
-                                   FeaturePairDetails<S>&);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
-#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -19,9 +19,9 @@ class FeatureTests {
 
   /// One of two triangles.
   struct Triangle {
-    const Int4& vertices;           ///< the indices of its vertices
-    const FeatureOwner& owner;      ///< its own index, and the features that it owns
-    TrianglePoints<double> points;  ///< its corners in the first mesh's frame
+    const Int4& vertices;       ///< the indices of its vertices
+    const FeatureOwner& owner;  ///< its own index, and the features that it owns
+    TrianglePoints points;      ///< its corners in the first mesh's frame
   };
   /// A pair of features of any kind, with the numbers of feature_pairs.h.
   struct Pair {
@@ -76,7 +76,7 @@ class FeatureTests {
           areSame(v, face.vertices[1]) || areSame(v, face.vertices[2]))
         continue;
       const fcl::Vector3d& x = owner.points[k];
-      const double distance = vertexFaceDistance<double>(x, face.points).distance;
+      const double distance = vertexFaceDistance(x, face.points).distance;
       visit(first_number + k, distance, nearness_.areNear(distance, x, face.points));
     }
   }
@@ -90,7 +90,7 @@ class FeatureTests {
           areSame(a.vertices[int(end)], b.vertices[int(j1)]))
         return;
     const ExactNearness::Segment p = {a.points[i], a.points[i1]}, q = {b.points[j], b.points[j1]};
-    const double distance = edgeEdgeDistance<double>(p, q).distance;
+    const double distance = edgeEdgeDistance(p, q).distance;
     visit(6 + 3 * i + j, distance, nearness_.areNear(distance, p, q));
   }
 

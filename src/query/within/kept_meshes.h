@@ -26,7 +26,7 @@ struct KeptMeshes {
     double radius;
   };
   Ball enclosingBall() const {
-    const LocalBounds<double>&a = first.bounds(), &b = second.bounds();
+    const LocalBounds &a = first.bounds(), &b = second.bounds();
     if (is_self) return {a.aabb_center, a.aabb_radius};
     const fcl::Vector3d one = a.aabb_center, other = to_first(b.aabb_center);
     return {(one + other) / 2, (one - other).norm() / 2 + std::max(a.aabb_radius, b.aabb_radius)};

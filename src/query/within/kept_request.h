@@ -1,35 +1,32 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "adaptive_bvh/contact_set.h"
+#include "adaptive_bvh/surface_neighbourhood.h"
 #include "base/pack.h"
 
 namespace adaptive_bvh {
 
-/// Which pairs a ContactSet holds, in double precision. It owns the lists of pairs to ignore.
+/// Which pairs a ContactSet holds. It owns what it ignores.
 struct KeptRequest {
-  template <typename S>
-  explicit KeptRequest(const ContactSetRequest<S>& request)
-      : distance(static_cast<double>(request.distance)),
+  explicit KeptRequest(const ContactSetRequest& request)
+      : distance(request.distance),
         has_features(request.elements == ContactElements::Features),
-        filter(request.filter),
-        triangles(own(request.triangles, 0)),
-        vertex_face(own(request.vertex_face, 1)),
-        face_vertex(own(request.face_vertex, 2)),
-        edge_edge(own(request.edge_edge, 3)) {}
+        ignored(own(request.ignored)) {}
   KeptRequest(const KeptRequest&) = delete;
   KeptRequest& operator=(const KeptRequest&) = delete;
 
   std::array<std::vector<FeaturePair>, 4> lists;
+  std::optional<SurfaceNeighbourhood> surface;
   const double distance;
   const bool has_features;
-  const NeighbourFilter filter;
-  const IgnoredPairs triangles, vertex_face, face_vertex, edge_edge;
-  /// Whether there may be pairs to leave out.
-  const bool ignores_some = doesIgnore(triangles) || doesIgnore(vertex_face) ||
-                            doesIgnore(face_vertex) || doesIgnore(edge_edge);
+  const Ignored ignored;  ///< refers to the lists and the surface here
+  /// Whether there may be pairs to leave out, apart from neighbours.
+  const bool ignores_some = doesIgnore(ignored.triangles) || doesIgnore(ignored.vertex_face) ||
+                            doesIgnore(ignored.face_vertex) || doesIgnore(ignored.edge_edge);
 
   /// How many pairs of each kind the bits of a candidate stand for (CandidateRows).
   std::array<std::size_t, 3> kindsOf(unsigned bits, bool is_self) const {
@@ -44,12 +41,13 @@ struct KeptRequest {
 
  private:
   static bool doesIgnore(const IgnoredPairs& pairs) { return pairs.list || pairs.test; }
-  IgnoredPairs own(const IgnoredPairs& given, std::size_t list) {
-    IgnoredPairs owned = given;
-    if (!given.list) return owned;
-    lists[list] = *given.list;
-    owned.list = &lists[list];
-    return owned;
+  Ignored own(Ignored given) {
+    if (given.surface) given.surface = &surface.emplace(*given.surface);
+    std::size_t list = 0;
+    for (IgnoredPairs* pairs :
+         {&given.triangles, &given.vertex_face, &given.face_vertex, &given.edge_edge})
+      if (pairs->list) pairs->list = &(lists[list++] = *pairs->list);
+    return given;
   }
 };
 

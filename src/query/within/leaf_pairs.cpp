@@ -48,9 +48,11 @@ void findPairsOfLeaves(const KeptMeshes& meshes, const KeptRequest& request,
   };
   if (!meshes.is_self)
     return collectPairs({meshes.first, meshes.second}, range.distance, makeSink, range.moved);
-  const NeighbourFilter filter = request.has_features ? NeighbourFilter::None : request.filter;
-  const bool skips_flat = request.has_features || filter == NeighbourFilter::SharedVertex;
-  collectOwnPairs(meshes.first, range.distance, filter, skips_flat, makeSink, range.moved);
+  const Ignored& ignored = request.ignored;
+  const LeftOut left_out = {request.has_features ? NeighbourFilter::None : ignored.neighbours,
+                            surfaceOf(ignored, meshes.first.mesh)};
+  const bool skips_flat = request.has_features || left_out.filter == NeighbourFilter::SharedVertex;
+  collectOwnPairs(meshes.first, range.distance, left_out, skips_flat, makeSink, range.moved);
 }
 
 }  // namespace

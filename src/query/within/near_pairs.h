@@ -10,25 +10,25 @@ namespace adaptive_bvh {
 // throw std::invalid_argument on pairs to ignore that are not sorted, and check nothing else.
 
 /// Finds the pairs of triangles, one of each mesh, that are at most request.distance apart.
-void findPairsWithin(const PairOfMeshes& meshes, const ProximityRequest<double>& request,
-                     TrianglePairs<double>& result);
-/// Finds those of one mesh with itself, without the neighbours that `filter` leaves out. Nearest
-/// points are placed in the world by the mesh's transform.
-void findPairsWithin(const PlacedMesh& mesh, const ProximityRequest<double>& request,
-                     NeighbourFilter filter, TrianglePairs<double>& result);
+void findPairsWithin(const PairOfMeshes& meshes, const ProximityRequest& request,
+                     TrianglePairs& result);
+/// Finds those of one mesh with itself. Nearest points are placed in the world by the mesh's
+/// transform.
+void findPairsWithin(const PlacedMesh& mesh, const ProximityRequest& request,
+                     TrianglePairs& result);
 
 /// Finds the pairs of features, one of each mesh, that are at most request.distance apart.
-void findFeaturePairsWithin(const PairOfMeshes& meshes,
-                            const FeatureProximityRequest<double>& request, FeaturePairs& result);
+void findFeaturePairsWithin(const PairOfMeshes& meshes, const FeatureProximityRequest& request,
+                            FeaturePairs& result);
 /// Finds those of one mesh with itself, without features that have a vertex in common.
-void findFeaturePairsWithin(const PlacedMesh& mesh, const FeatureProximityRequest<double>& request,
+void findFeaturePairsWithin(const PlacedMesh& mesh, const FeatureProximityRequest& request,
                             FeaturePairs& result);
 
 /// Computes the details of pairs of features (featurePairDetails). `to_first`: maps the frame of
 /// the second mesh to that of the first. Throws std::invalid_argument unless all features exist.
 void findFeatureDetails(const PlacedMesh& first, const MeshState& second,
                         const RelativePlacement& to_first, const FeaturePairs& pairs,
-                        FeaturePairDetails<double>& result);
+                        FeaturePairDetails& result);
 
 /// Whether the distance of the meshes is at most `distance`.
 bool isNearer(const PairOfMeshes& meshes, double distance);

@@ -37,13 +37,12 @@ struct AnyPair {
 /// A sink of WithinTests that writes all near pairs into a result.
 class PairSink {
  public:
-  using Result = TrianglePairs<double>;
+  using Result = TrianglePairs;
   static constexpr int kBatch = 256;
   static constexpr bool kStopsAtFirst = false, kTakesUndecided = false, kTakesOpen = false;
 
   /// `is_self`: the pairs of one mesh; the smaller index comes first.
-  PairSink(const PairInput& input, const ProximityRequest<double>& request, bool is_self,
-           Result& result)
+  PairSink(const PairInput& input, const ProximityRequest& request, bool is_self, Result& result)
       : in_(input), request_(request), is_self_(is_self), result_(result) {}
 
   void clear() { result_.clear(); }
@@ -54,7 +53,8 @@ class PairSink {
     const auto first = static_cast<unsigned>(in_.tree1.triangle(pair.first)),
                second = static_cast<unsigned>(in_.tree2.triangle(pair.second));
     const bool swaps = is_self_ && first > second;
-    if (isIgnored(request_.ignored, swaps ? second : first, swaps ? first : second)) return;
+    if (isIgnored(request_.ignored.triangles, swaps ? second : first, swaps ? first : second))
+      return;
     appendPair(swaps ? second : first, swaps ? first : second, result_.triangles);
     if (!gap) return;  // neither distances nor points are requested
     if (request_.enable_distances) result_.distances.push_back(gap->distance);
@@ -80,7 +80,7 @@ class PairSink {
   }
 
  private:
-  void addPoints(const PointPair<double>& points, bool swaps) {
+  void addPoints(const PointPair& points, bool swaps) {
     const auto inWorld = [&](const fcl::Vector3d& x) -> fcl::Vector3d {
       const auto& tf = in_.first.tf.matrix();
       return (tf.template topLeftCorner<3, 3>() * x + tf.template topRightCorner<3, 1>());
@@ -90,7 +90,7 @@ class PairSink {
   }
 
   const PairInput& in_;
-  const ProximityRequest<double>& request_;
+  const ProximityRequest& request_;
   const bool is_self_;
   Result& result_;
 };

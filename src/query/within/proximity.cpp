@@ -5,7 +5,6 @@
 #include "adaptive_bvh/proximity.h"
 #include "query/closed_surface.h"
 #include "query/depth/depth_meshes.h"
-#include "query/single_precision.h"
 #include "query/tree_pair.h"
 #include "query/triangle_search.h"
 #include "query/within/collect_pairs.h"
@@ -27,7 +26,7 @@ class FeatureSink {
   static constexpr bool kStopsAtFirst = false, kTakesUndecided = false, kTakesOpen = true;
 
   /// `is_self`: one mesh with itself; features with a vertex in common are left out.
-  FeatureSink(const PairInput& input, const FeatureProximityRequest<double>& request, bool is_self,
+  FeatureSink(const PairInput& input, const FeatureProximityRequest& request, bool is_self,
               Result& result)
       : in_(input),
         request_(request),
@@ -67,11 +66,11 @@ class FeatureSink {
   void append(const FeatureTests::Pair& pair) {
     switch (pair.kind) {
       case FeatureKind::VertexFace:
-        return append(pair.features, request_.vertex_face, result_.vertex_face);
+        return append(pair.features, request_.ignored.vertex_face, result_.vertex_face);
       case FeatureKind::FaceVertex:
-        return append(pair.features, request_.face_vertex, result_.face_vertex);
+        return append(pair.features, request_.ignored.face_vertex, result_.face_vertex);
       case FeatureKind::EdgeEdge:
-        return append(pair.features, request_.edge_edge, result_.edge_edge);
+        return append(pair.features, request_.ignored.edge_edge, result_.edge_edge);
     }
   }
   static void append(const FeaturePair& pair, const IgnoredPairs& ignored,
@@ -81,47 +80,48 @@ class FeatureSink {
   static double radiusOf(const PlacedMesh& mesh) { return mesh.bounds().aabb_radius; }
 
   const PairInput& in_;
-  const FeatureProximityRequest<double>& request_;
+  const FeatureProximityRequest& request_;
   const FeatureTests tests_;
   const bool is_self_;
   Result& result_;
 };
 
 /// Returns a mesh whose own frame is the world.
-template <typename S>
-PlacedMesh inItsFrame(const DeformableMesh<S>& mesh) {
+PlacedMesh inItsFrame(const DeformableMesh& mesh) {
   return {stateOf(mesh), fcl::Transform3d(fcl::Transform3d::Identity())};
 }
 
 }  // namespace
 
-void findPairsWithin(const PairOfMeshes& meshes, const ProximityRequest<double>& request,
-                     TrianglePairs<double>& result) {
-  requireSorted(request.ignored);
+void findPairsWithin(const PairOfMeshes& meshes, const ProximityRequest& request,
+                     TrianglePairs& result) {
+  requireSorted(request.ignored, false);
   collectPairs(meshes, request.distance,
                [&](const PairInput& input) { return PairSink(input, request, false, result); });
 }
-void findPairsWithin(const PlacedMesh& mesh, const ProximityRequest<double>& request,
-                     NeighbourFilter filter, TrianglePairs<double>& result) {
-  requireSortedOfSelf(request.ignored);
-  collectOwnPairs(mesh, request.distance, filter, filter == NeighbourFilter::SharedVertex,
+void findPairsWithin(const PlacedMesh& mesh, const ProximityRequest& request,
+                     TrianglePairs& result) {
+  const LeftOut left_out = {request.ignored.neighbours, surfaceOf(request.ignored, mesh.mesh)};
+  if (left_out.filter == NeighbourFilter::BeyondShared)
+    throw std::invalid_argument(
+        "adaptive_bvh: pairsWithin has no filter BeyondShared: neighbours are at the distance 0");
+  requireSorted(request.ignored, true);
+  collectOwnPairs(mesh, request.distance, left_out,
+                  left_out.filter == NeighbourFilter::SharedVertex,
                   [&](const PairInput& input) { return PairSink(input, request, true, result); });
 }
 
-void findFeaturePairsWithin(const PairOfMeshes& meshes,
-                            const FeatureProximityRequest<double>& request, FeaturePairs& result) {
-  requireSorted(request.vertex_face);
-  requireSorted(request.face_vertex);
-  requireSorted(request.edge_edge);
+void findFeaturePairsWithin(const PairOfMeshes& meshes, const FeatureProximityRequest& request,
+                            FeaturePairs& result) {
+  requireSorted(request.ignored, false);
   collectPairs(meshes, request.distance,
                [&](const PairInput& input) { return FeatureSink(input, request, false, result); });
 }
-void findFeaturePairsWithin(const PlacedMesh& mesh, const FeatureProximityRequest<double>& request,
+void findFeaturePairsWithin(const PlacedMesh& mesh, const FeatureProximityRequest& request,
                             FeaturePairs& result) {
-  requireSorted(request.vertex_face);
-  requireSorted(request.face_vertex);
-  requireSortedOfSelf(request.edge_edge);
-  collectOwnPairs(mesh, request.distance, NeighbourFilter::None, true, [&](const PairInput& input) {
+  requireSorted(request.ignored, true);
+  const LeftOut left_out = {NeighbourFilter::None, surfaceOf(request.ignored, mesh.mesh)};
+  collectOwnPairs(mesh, request.distance, left_out, true, [&](const PairInput& input) {
     return FeatureSink(input, request, true, result);
   });
 }
@@ -137,99 +137,63 @@ bool isNearer(const PairOfMeshes& meshes, double distance) {
   return searchAny(meshes, distance, pair);
 }
 
-template <typename S>
-std::size_t pairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-                        const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
-                        const ProximityRequest<S>& request, TrianglePairs<S>& result) {
+std::size_t pairsWithin(const DeformableMesh& first, const fcl::Transform3d& tf1,
+                        const DeformableMesh& second, const fcl::Transform3d& tf2,
+                        const ProximityRequest& request, TrianglePairs& result) {
   requireDistance(request.distance);
   requireRigid(tf1);
   requireRigid(tf2);
-  answerInDouble(result, [&](TrianglePairs<double>& pairs) {
-    findPairsWithin(PairOfMeshes(first, tf1, second, tf2), inDouble(request), pairs);
-  });
+  findPairsWithin(PairOfMeshes(first, tf1, second, tf2), request, result);
   return result.size();
 }
 
-template <typename S>
-std::size_t pairsWithin(const DeformableMesh<S>& mesh, const ProximityRequest<S>& request,
-                        TrianglePairs<S>& result, NeighbourFilter filter) {
-  if (filter == NeighbourFilter::BeyondShared)
-    throw std::invalid_argument(
-        "adaptive_bvh: pairsWithin has no filter BeyondShared: neighbours are at the distance 0");
+std::size_t selfPairsWithin(const DeformableMesh& mesh, const ProximityRequest& request,
+                            TrianglePairs& result) {
   requireDistance(request.distance);
-  answerInDouble(result, [&](TrianglePairs<double>& pairs) {
-    findPairsWithin(inItsFrame(mesh), inDouble(request), filter, pairs);
-  });
+  findPairsWithin(inItsFrame(mesh), request, result);
   return result.size();
 }
 
-template <typename S>
-std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-                               const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
-                               const FeatureProximityRequest<S>& request, FeaturePairs& result) {
+std::size_t featurePairsWithin(const DeformableMesh& first, const fcl::Transform3d& tf1,
+                               const DeformableMesh& second, const fcl::Transform3d& tf2,
+                               const FeatureProximityRequest& request, FeaturePairs& result) {
   requireDistance(request.distance);
   requireRigid(tf1);
   requireRigid(tf2);
-  findFeaturePairsWithin(PairOfMeshes(first, tf1, second, tf2), inDouble(request), result);
+  findFeaturePairsWithin(PairOfMeshes(first, tf1, second, tf2), request, result);
   return result.size();
 }
 
-template <typename S>
-std::size_t featurePairsWithin(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-                               const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
-                               NonDeduced<S> distance, FeaturePairs& result) {
-  return featurePairsWithin(first, tf1, second, tf2, FeatureProximityRequest<S>{distance}, result);
+std::size_t featurePairsWithin(const DeformableMesh& first, const fcl::Transform3d& tf1,
+                               const DeformableMesh& second, const fcl::Transform3d& tf2,
+                               double distance, FeaturePairs& result) {
+  return featurePairsWithin(first, tf1, second, tf2, FeatureProximityRequest{distance}, result);
 }
 
-template <typename S>
-std::size_t featurePairsWithin(const DeformableMesh<S>& mesh,
-                               const FeatureProximityRequest<S>& request, FeaturePairs& result) {
+std::size_t selfFeaturePairsWithin(const DeformableMesh& mesh,
+                                   const FeatureProximityRequest& request, FeaturePairs& result) {
   requireDistance(request.distance);
-  findFeaturePairsWithin(inItsFrame(mesh), inDouble(request), result);
+  findFeaturePairsWithin(inItsFrame(mesh), request, result);
   return result.size();
 }
 
-template <typename S>
-std::size_t featurePairsWithin(const DeformableMesh<S>& mesh, NonDeduced<S> distance,
-                               FeaturePairs& result) {
-  return featurePairsWithin(mesh, FeatureProximityRequest<S>{distance}, result);
+std::size_t selfFeaturePairsWithin(const DeformableMesh& mesh, double distance,
+                                   FeaturePairs& result) {
+  return selfFeaturePairsWithin(mesh, FeatureProximityRequest{distance}, result);
 }
 
-template <typename S>
-bool isNearer(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-              const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
-              NonDeduced<S> distance, bool solid) {
+bool isNearer(const DeformableMesh& first, const fcl::Transform3d& tf1,
+              const DeformableMesh& second, const fcl::Transform3d& tf2, double distance,
+              bool solid) {
   requireDistance(distance);
   requireRigid(tf1);
   requireRigid(tf2);
   if (solid)
-    for (const DeformableMesh<S>* mesh : {&first, &second})
+    for (const DeformableMesh* mesh : {&first, &second})
       requireClosed(stateOf(*mesh), "isNearer of solid bodies");
   const PairOfMeshes meshes(first, tf1, second, tf2);
-  return isNearer(meshes, static_cast<double>(distance)) ||
-         (solid &&
-          (isContained(meshes.first, meshes.second) || isContained(meshes.second, meshes.first)));
+  return isNearer(meshes, distance) || (solid && (isContained(meshes.first, meshes.second) ||
+                                                  isContained(meshes.second, meshes.first)));
 }
-
-#define ADAPTIVE_BVH_INSTANTIATE(S)                                                               \
-  template std::size_t pairsWithin(const DeformableMesh<S>&, const fcl::Transform3<S>&,           \
-                                   const DeformableMesh<S>&, const fcl::Transform3<S>&,           \
-                                   const ProximityRequest<S>&, TrianglePairs<S>&);                \
-  template std::size_t pairsWithin(const DeformableMesh<S>&, const ProximityRequest<S>&,          \
-                                   TrianglePairs<S>&, NeighbourFilter);                           \
-  template std::size_t featurePairsWithin(const DeformableMesh<S>&, const fcl::Transform3<S>&,    \
-                                          const DeformableMesh<S>&, const fcl::Transform3<S>&,    \
-                                          const FeatureProximityRequest<S>&, FeaturePairs&);      \
-  template std::size_t featurePairsWithin(const DeformableMesh<S>&, const fcl::Transform3<S>&,    \
-                                          const DeformableMesh<S>&, const fcl::Transform3<S>&, S, \
-                                          FeaturePairs&);                                         \
-  template std::size_t featurePairsWithin(const DeformableMesh<S>&,                               \
-                                          const FeatureProximityRequest<S>&, FeaturePairs&);      \
-  template std::size_t featurePairsWithin(const DeformableMesh<S>&, S, FeaturePairs&);            \
-  template bool isNearer(const DeformableMesh<S>&, const fcl::Transform3<S>&,                     \
-                         const DeformableMesh<S>&, const fcl::Transform3<S>&, S, bool);
-ADAPTIVE_BVH_INSTANTIATE(float)
-ADAPTIVE_BVH_INSTANTIATE(double)
-#undef ADAPTIVE_BVH_INSTANTIATE
 
 }  // namespace adaptive_bvh

@@ -32,7 +32,7 @@ class RigidMotion {
   /// |X' p - X p| <= |(R' - R) c + T' - T| + |R' - R| |p - c|. The Frobenius norm bounds the
   /// spectral norm. The last summand covers the rounding of the query's own relative transforms.
   double step(const fcl::Transform3d& tf1, const fcl::Transform3d& tf2,
-              const LocalBounds<double>& second) const {
+              const LocalBounds& second) const {
     const Eigen::Isometry3d last = relative(tf1_, tf2_), now = relative(tf1, tf2);
     const fcl::Vector3d center = second.aabb_center;
     const double radius = second.aabb_radius;

@@ -67,7 +67,7 @@ class TrackedTriangles {
   /// Centre; in the fourth component the deformation.
   const Float4* motions() const { return motions_.data(); }
   /// Corners in double precision.
-  TrianglePoints<double> points(unsigned id) const {
+  TrianglePoints points(unsigned id) const {
     const Int4& v = corners_[id];
     return {points_[std::size_t(v[0])], points_[std::size_t(v[1])], points_[std::size_t(v[2])]};
   }

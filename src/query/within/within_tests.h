@@ -46,7 +46,7 @@ class WithinTests {
 
   /// Tests triangles of two leaves: bit 4 j + i of `pairs` for triangle i of a and j of b.
   ADAPTIVE_BVH_INLINE void foundLeaves(const WideNode& a, const WideNode& b, unsigned pairs) {
-    pairs = withoutNeighbours(pairs, in_.tree1, a, in_.tree2, b, in_.filter);
+    pairs = withoutNeighbours(pairs, in_.tree1, a, in_.tree2, b, in_.left_out);
     if (!pairs) return;
     if (size_ > batch_ - 16) testAll();  // room for the pairs of two leaves
     if (!isTaken(Shortcut::SinglePrecision)) return addPairs(a, b, pairs);
@@ -182,8 +182,7 @@ class WithinTests {
     if (verdict == kApart) return;
     if (Sink::kTakesOpen || (verdict == kNear && !sink_.needsGap()))
       return sink_.add(pair, nullptr);
-    const TrianglePoints<double> p = in_.pointsOfFirst(pair.first),
-                                 q = in_.pointsOfSecond(pair.second);
+    const TrianglePoints p = in_.pointsOfFirst(pair.first), q = in_.pointsOfSecond(pair.second);
     if (kByAxes && isTaken(Shortcut::SinglePrecision) && areSurelyFarther(p, q, in_.distance))
       return;
     TriangleGap gap = gapOf(p, q);

@@ -21,7 +21,7 @@ function ramp(stops) {
 
 // Readable without distinguishing red from green.
 const inflationRamp = ramp(["#3f8efc", "#8f6bd9", "#f0731c"]);
-const clearanceRamp = ramp(["#b2182b", "#ef8a62", "#f3e9df", "#67a9cf", "#2166ac"]);
+const distanceRamp = ramp(["#b2182b", "#ef8a62", "#f3e9df", "#67a9cf", "#2166ac"]);
 const kRefitted = "#12b76a";
 const patchColours = ["#e4572e", "#17a398", "#7b4ff0", "#e8a13a", "#2e86de", "#c2338f", "#5a9e1f",
   "#8d5524"];
@@ -31,12 +31,12 @@ function css(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
-const clearanceEnds = extremes(run.frames.flatMap((frame) => frame.bodies
-  .filter((body) => body.clearance)
-  .flatMap((body) => [body.clearance.low, body.clearance.high])));
-const hasClearance = clearanceEnds[0] <= clearanceEnds[1];
+const distanceEnds = extremes(run.frames.flatMap((frame) => frame.bodies
+  .filter((body) => body.vertexDistances)
+  .flatMap((body) => [body.vertexDistances.low, body.vertexDistances.high])));
+const hasVertexDistances = distanceEnds[0] <= distanceEnds[1];
 // The range of the colours, which the panel changes.
-const clearanceRange = [...(run.clearanceRange || clearanceEnds)];
+const vertexDistanceRange = [...(run.vertexDistanceRange || distanceEnds)];
 
 // Writes the normal of a triangle, whose length is twice its area.
 function writeNormal(positions, triangles, t, out) {
@@ -132,7 +132,7 @@ class BodyView {
     this.showPatches(now.patches);
     this.applyVisible();
     if (this.absent) return;
-    this.paint(now.clearance);
+    this.paint(now.vertexDistances);
     placeInScene(this.mesh, now.pose, now.positions.low);
     if (this.unbounded) this.spread(now.positions.size);
     for (const other of [this.edges, ...this.patches]) if (other) placeAs(other, this.mesh);
@@ -223,17 +223,17 @@ class BodyView {
     material.needsUpdate = true;
   }
 
-  // Colours the vertices by clearance, or all in the body's colour.
-  paint(clearance) {
-    const wanted = settings.clearance && clearance ? clearance.at : "plain";
+  // Colours the vertices by distance, or all in the body's colour.
+  paint(distances) {
+    const wanted = settings.vertexDistances && distances ? distances.at : "plain";
     if (wanted === this.shownPaint) return;
     this.shownPaint = wanted;
     const colours = this.geometry.attributes.color.array;
     if (wanted === "plain") {
       for (let i = 0; i < colours.length; i += 3) this.colour.toArray(colours, i);
     } else {
-      const [low, high] = clearanceRange, values = readValues(clearance, this.positions.length / 3);
-      this.source.forEach((from, to) => clearanceRamp.write(
+      const [low, high] = vertexDistanceRange, values = readValues(distances, this.positions.length / 3);
+      this.source.forEach((from, to) => distanceRamp.write(
         high > low ? (values[from] - low) / (high - low) : 1, colours, 3 * to));
     }
     this.geometry.attributes.color.needsUpdate = true;

@@ -77,10 +77,10 @@ function updateOf(frame) {
   return {nodes: sum("nodes"), refitted: sum("refitted")};
 }
 
-// The smallest clearance of all bodies in a frame; undefined if none was recorded.
-function leastClearance(frame) {
-  const found = run.frames[frame].bodies.filter((body) => body.clearance);
-  return found.length ? Math.min(...found.map((body) => body.clearance.low)) : undefined;
+// The smallest distance of a vertex of all bodies in a frame; undefined if none was recorded.
+function leastVertexDistance(frame) {
+  const found = run.frames[frame].bodies.filter((body) => body.vertexDistances);
+  return found.length ? Math.min(...found.map((body) => body.vertexDistances.low)) : undefined;
 }
 
 function extremes(list) {

@@ -1,7 +1,7 @@
 // The panel beside the scene: numbers, charts, settings and texts.
 const element = (id) => document.getElementById(id);
 const hasPatches = run.frames.some((frame) => frame.bodies.some((body) => body.patches));
-const settings = {volumes: false, depth: 0, edges: false, clearance: hasClearance, patches: true,
+const settings = {volumes: false, depth: 0, edges: false, vertexDistances: hasVertexDistances, patches: true,
   through: true};
 
 const columns = {
@@ -9,7 +9,7 @@ const columns = {
   updateMs: run.frames.map((frame) => frame.updateMs),
   queryMs: run.frames.map((frame) => frame.queryMs),
   contacts: run.frames.map((frame) => frame.contactCount),
-  clearance: run.frames.map((_, frame) => leastClearance(frame)),
+  vertexDistance: run.frames.map((_, frame) => leastVertexDistance(frame)),
   time: run.frames.map((frame) => frame.time),
   update: run.frames.map((_, frame) => updateOf(frame)),
 };
@@ -18,7 +18,7 @@ const isRecorded = (name) => columns[name].some((value) => value !== undefined);
 // The rows of the table of recorded numbers: [id, label, colour of the line, text(frame)].
 const rows = [
   ["distance", "Distance", "--distance", (f) => shown.length(columns.distance[f])],
-  ["clearance", "Least clearance", null, (f) => shown.length(columns.clearance[f])],
+  ["vertexDistance", "Least distance of a vertex", null, (f) => shown.length(columns.vertexDistance[f])],
   ["contacts", "Contacts", null, (f) => shown.count(columns.contacts[f])],
   ["updateMs", "Update", "--update", (f) => shown.time(columns.updateMs[f])],
   ["queryMs", "Query", "--query", (f) => shown.time(columns.queryMs[f])],
@@ -67,7 +67,7 @@ function makeCharts(pick) {
   add("Distance", lines({name: "distance", colour: "--distance"}),
     shown.length);
   if (!isRecorded("distance")) {
-    add("Least clearance", lines({name: "clearance", colour: "--distance"}),
+    add("Least distance of a vertex", lines({name: "vertexDistance", colour: "--distance"}),
       shown.length);
   }
   add("Contacts", lines({name: "contacts", colour: "--contact"}), shown.count);
@@ -156,8 +156,8 @@ function captionOf(frame, bodies, volumes) {
     if (wanted && drawn) said.push(`${kind === "arrows" ? "Arrows" : "Segments"}: ${drawn} of “${label}”.`);
   if (settings.patches && now.bodies.some((body) => body.patches?.count))
     said.push("Patches of the surface are in strong colours.");
-  if (settings.clearance && now.bodies.some((body) => body.clearance))
-    said.push("Colours on the surface: clearance, the distance of each vertex to the other body.");
+  if (settings.vertexDistances && now.bodies.some((body) => body.vertexDistances))
+    said.push("Colours on the surface: the distance of each vertex to the other body.");
   if (settings.volumes) {
     const count = volumes.reduce((all, view) => all + (view.count || 0), 0);
     const green = volumes.reduce((all, view) => all + (view.refitted || 0) + (view.others || 0), 0);

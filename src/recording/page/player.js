@@ -158,26 +158,26 @@ function makeSettings() {
     grid.visible = on;
     wantRender();
   });
-  if (hasClearance) makeClearanceSetting();
+  if (hasVertexDistances) makeDistanceSetting();
   if (hasVolumes) makeVolumeSettings();
 }
 
-function makeClearanceSetting() {
-  const legend = addLegend("clearance-legend", "Clearance", clearanceRamp, "", "");
+function makeDistanceSetting() {
+  const legend = addLegend("distance-legend", "Distance of vertices", distanceRamp, "", "");
   const sayRange = () => legend.querySelectorAll(".ends span").forEach((span, i) => {
-    span.textContent = shown.short(clearanceRange[i], clearanceRange[1]);
+    span.textContent = shown.short(vertexDistanceRange[i], vertexDistanceRange[1]);
   });
   sayRange();
-  addSetting("clearance", "clearance", true, (on) => {
-    settings.clearance = on;
+  addSetting("vertexDistances", "distance of vertices", true, (on) => {
+    settings.vertexDistances = on;
     legend.hidden = !on;
     show(frameShown);
   });
   // The range of the colours. An empty field stands for the end of what was recorded.
   const fields = ["from", "to"].map((word, i) => input({type: "number", step: "any",
-    id: `range-${word}`, value: shown.number(clearanceRange[i]), className: "range"},
-  `Colours ${word} this clearance${run.unit && ", " + run.unit}`, (text) => {
-    clearanceRange[i] = text === "" ? clearanceEnds[i] : Number(text);
+    id: `range-${word}`, value: shown.number(vertexDistanceRange[i]), className: "range"},
+  `Colours ${word} this distance${run.unit && ", " + run.unit}`, (text) => {
+    vertexDistanceRange[i] = text === "" ? distanceEnds[i] : Number(text);
     sayRange();
     bodies.forEach((view) => view.paintAgain());
     wantRender();
@@ -211,13 +211,13 @@ const keyList = [
   ["Space", "play, pause", true], ["← →", "step", true], ["Home End", "first, last frame", true],
   ["Shift+← → ↑ ↓", "turn the view", true], ["Z X", "zoom in, out", true],
   ["R", "reset the view", true], ["E", "edges", true], ["G", "ground grid", true],
-  ["C", "clearance", hasClearance], ["V", "volumes", hasVolumes],
+  ["C", "distance of vertices", hasVertexDistances], ["V", "volumes", hasVolumes],
   ["+ −", "their depth", hasVolumes],
 ];
 const keys = {
   " ": () => (playing ? pause() : play()), "ArrowRight": () => step(1), "ArrowLeft": () => step(-1),
   "Home": () => step(-run.frames.length), "End": () => step(run.frames.length),
-  "v": () => toggle("volumes"), "e": () => toggle("edges"), "c": () => toggle("clearance"),
+  "v": () => toggle("volumes"), "e": () => toggle("edges"), "c": () => toggle("vertexDistances"),
   "g": () => toggle("grid"), "+": () => setDepth(settings.depth + 1),
   "=": () => setDepth(settings.depth + 1), "-": () => setDepth(settings.depth - 1),
   "r": () => orbit.reset(), "z": () => orbit.zoom(1 / 1.2), "x": () => orbit.zoom(1.2),

@@ -13,9 +13,10 @@
 
 /// Calls a macro with every type of bounding volume that the library supports, for explicit
 /// instantiation.
-#define ADAPTIVE_BVH_FOR_EACH_VOLUME(macro)                                \
-  macro(fcl::RSS<float>) macro(fcl::RSS<double>) macro(fcl::OBBRSS<float>) \
-      macro(fcl::OBBRSS<double>)
+#define ADAPTIVE_BVH_FOR_EACH_VOLUME(macro) \
+  macro(fcl::RSSf) macro(fcl::OBBRSSf) ADAPTIVE_BVH_FOR_EACH_DOUBLE_VOLUME(macro)
+/// Those of models that queries of the library take.
+#define ADAPTIVE_BVH_FOR_EACH_DOUBLE_VOLUME(macro) macro(fcl::RSSd) macro(fcl::OBBRSSd)
 
 namespace adaptive_bvh {
 

@@ -132,12 +132,13 @@ def test_self_intersection_of_a_skinned_body():
     vertices, faces = skinned(0.0)
     part = np.arange(len(faces)) // (len(faces) // 3)
     mesh = ab.DeformableMesh(vertices, faces)
+    same_part = ab.SurfaceNeighbourhood.by_labels(mesh, part)
     counts, seconds = [], []
     for bend in np.linspace(0.0, 2.4, 25):
         moved, _ = skinned(bend)
         begin = time.perf_counter()
         mesh.update(moved)
-        pairs = ab.self_collide(mesh, enable_contact=False, labels=part).pairs
+        pairs = ab.self_collide(mesh, enable_contact=False, ignored=same_part).pairs
         seconds.append(time.perf_counter() - begin)
         arms = np.isin(part[pairs], [1, 2]).all(axis=1)
         counts.append(int(arms.sum()))
@@ -151,7 +152,7 @@ def test_meshes_of_pyvista_in_place():
     part = pyvista.Sphere(radius=0.5, center=(2.0, 0.0, 0.0))
     mesh = ab.DeformableMesh(surface.points, surface.regular_faces)
     other = ab.DeformableMesh(part.points, part.regular_faces)
-    surface["clearance"] = ab.clearance(mesh, other)
+    surface["clearance"] = ab.vertex_distances(mesh, other)
     nearest = surface.points[np.argmin(surface["clearance"])]
     assert np.linalg.norm(nearest - [1, 0, 0]) < 0.1
     surface.points[:, 0] *= 1.2  # in place, float32
@@ -165,7 +166,7 @@ def test_meshes_of_trimesh_in_place():
     mesh = ab.DeformableMesh(ball)  # anything with vertices and faces
     ball.vertices[:, 2] *= 2.0
     mesh.update(ball.vertices)
-    assert ab.distance(mesh, ab.Sphere(1.0), None, (np.eye(3), (0, 0, 4.0))).distance == (
+    assert ab.distance(mesh, ab.Sphere(1.0), tf2=(np.eye(3), (0, 0, 4.0))).distance == (
         pytest.approx(1.0, abs=0.01)
     )
     back = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
@@ -188,7 +189,7 @@ def test_distances_in_torch():
     low = np.concatenate([uv, np.zeros((len(uv), 1))], 1)
     points = np.concatenate([low, low + [0.03, 0.02, 0.05]])
     mesh = ab.DeformableMesh(points, np.concatenate([faces, faces + len(low)]))
-    pairs = ab.feature_pairs_within(mesh, 0.08)
+    pairs = ab.self_feature_pairs_within(mesh, 0.08)
     x = torch.tensor(points, requires_grad=True)
     assert torch.autograd.gradcheck(lambda y: apply(y, mesh, pairs), (x,), eps=1e-7, atol=1e-4)
     loss = ((apply(x, mesh, pairs) - 0.1) ** 2).sum()

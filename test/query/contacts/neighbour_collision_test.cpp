@@ -86,18 +86,18 @@ bool isOn(const P& x, const P& u, const P& v) {
   return !(Fraction() < dot(x - u, x - v));
 }
 
-template <typename S>
 class NeighbourCollision : public testing::Test {
  protected:
-  Vector3<S> point() {
-    return {S(random_.below(5) - 2), S(random_.below(5) - 2), S(random_.below(3) - 1)};
+  fcl::Vector3d point() {
+    return {double(random_.below(5) - 2), double(random_.below(5) - 2),
+            double(random_.below(3) - 1)};
   }
-  static P exact(const Vector3<S>& x) {
+  static P exact(const fcl::Vector3d& x) {
     return {Fraction(Whole(x[0])), Fraction(Whole(x[1])), Fraction(Whole(x[2]))};
   }
   /// Two triangles that share so many corners, in any order.
-  TriangleMesh<S> pair(int shared) {
-    TriangleMesh<S> mesh;
+  TriangleMesh pair(int shared) {
+    TriangleMesh mesh;
     for (int i = 0; i < 6 - shared; ++i) mesh.vertices.push_back(point());
     std::size_t first[3] = {0, 1, 2}, second[3];
     for (std::size_t k = 0; k < 3; ++k)
@@ -111,12 +111,12 @@ class NeighbourCollision : public testing::Test {
     turn(second);
     return mesh;
   }
-  static T triangle(const TriangleMesh<S>& mesh, std::size_t t) {
+  static T triangle(const TriangleMesh& mesh, std::size_t t) {
     const fcl::Triangle& v = mesh.triangles[t];
     return {exact(mesh.vertices[v[0]]), exact(mesh.vertices[v[1]]), exact(mesh.vertices[v[2]])};
   }
   /// `shared`: the vertices before this number.
-  static bool meetBeyond(const TriangleMesh<S>& mesh, int shared) {
+  static bool meetBeyond(const TriangleMesh& mesh, int shared) {
     const T a = triangle(mesh, 0), b = triangle(mesh, 1);
     const auto hasArea = [](const T& t) { return !isZero(cross(t[1] - t[0], t[2] - t[0])); };
     if (!hasArea(a) || !hasArea(b)) return false;
@@ -125,19 +125,17 @@ class NeighbourCollision : public testing::Test {
       if (!isOn(x, u, v)) return true;
     return false;
   }
-  static bool isFound(const TriangleMesh<S>& mesh, NeighbourFilter filter) {
-    fcl::CollisionResult<S> result;
-    adaptive_bvh::selfCollide(DeformableMesh<S>(mesh), fcl::CollisionRequest<S>(10, true), result,
-                              filter);
+  static bool isFound(const TriangleMesh& mesh, NeighbourFilter filter) {
+    fcl::CollisionResultd result;
+    adaptive_bvh::selfCollide(DeformableMesh(mesh), {filter}, fcl::CollisionRequestd(10, true),
+                              result);
     return result.isCollision();
   }
 
-  RandomGeometry<S> random_{113};
+  RandomGeometry random_{113};
 };
 
-TYPED_TEST_SUITE(NeighbourCollision, QueryScalars);
-
-TYPED_TEST(NeighbourCollision, IsWhatFractionsSay) {
+TEST_F(NeighbourCollision, IsWhatFractionsSay) {
   int met = 0, apart = 0;
   const int rounds = manySteps(10000);
   for (int i = 0; i < rounds && !testing::Test::HasFailure(); ++i) {
@@ -153,31 +151,29 @@ TYPED_TEST(NeighbourCollision, IsWhatFractionsSay) {
 }
 
 /// The same triangle twice, and one with a corner twice.
-TYPED_TEST(NeighbourCollision, OfTheSameAndOfDegenerateTriangles) {
-  using S = TypeParam;
-  TriangleMesh<S> mesh;
+TEST_F(NeighbourCollision, OfTheSameAndOfDegenerateTriangles) {
+  TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   mesh.triangles = {fcl::Triangle(0, 1, 2), fcl::Triangle(2, 1, 0)};
   EXPECT_TRUE(this->isFound(mesh, NeighbourFilter::BeyondShared));
   mesh.triangles[1] = fcl::Triangle(0, 1, 1);
   EXPECT_FALSE(this->isFound(mesh, NeighbourFilter::BeyondShared));
-  const DeformableMesh<S> built(mesh);
-  adaptive_bvh::ProximityRequest<S> request;
-  adaptive_bvh::TrianglePairs<S> pairs;
-  EXPECT_THROW(adaptive_bvh::pairsWithin(built, request, pairs, NeighbourFilter::BeyondShared),
-               std::invalid_argument);
+  const DeformableMesh built(mesh);
+  adaptive_bvh::ProximityRequest request;
+  request.ignored.neighbours = NeighbourFilter::BeyondShared;
+  adaptive_bvh::TrianglePairs pairs;
+  EXPECT_THROW(adaptive_bvh::selfPairsWithin(built, request, pairs), std::invalid_argument);
 }
 
 /// A flat sheet has no such pairs; folded over along a diagonal it has those at the fold.
-TYPED_TEST(NeighbourCollision, OfASheetThatIsFoldedOver) {
-  using S = TypeParam;
-  TriangleMesh<S> sheet = plate<S>(6, 6);
+TEST_F(NeighbourCollision, OfASheetThatIsFoldedOver) {
+  TriangleMesh sheet = plate(6, 6);
   EXPECT_FALSE(this->isFound(sheet, NeighbourFilter::BeyondShared));
-  std::vector<S> columns;
-  for (const Vector3<S>& x : sheet.vertices) columns.push_back(x[0]);
+  std::vector<double> columns;
+  for (const fcl::Vector3d& x : sheet.vertices) columns.push_back(x[0]);
   std::sort(columns.begin(), columns.end());
-  const S middle = columns[columns.size() / 2];
-  for (Vector3<S>& x : sheet.vertices)
+  const double middle = columns[columns.size() / 2];
+  for (fcl::Vector3d& x : sheet.vertices)
     if (x[0] > middle) x[0] = 2 * middle - x[0];
   EXPECT_TRUE(this->isFound(sheet, NeighbourFilter::BeyondShared));
 }

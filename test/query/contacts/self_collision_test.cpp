@@ -18,25 +18,20 @@ constexpr NeighbourFilter kFilters[] = {NeighbourFilter::SharedVertex, Neighbour
                                         NeighbourFilter::None};
 
 /// Positions of a mesh of `columns` x `rows` cells at a time from 0 to 1.
-template <typename S>
-using Motion = std::vector<Vector3<S>> (*)(S time, std::mt19937& random);
+using Motion = std::vector<fcl::Vector3d> (*)(double time, std::mt19937& random);
 
 constexpr int kColumns = 12, kRows = 14;
 
-template <typename S>
-TriangleMesh<S> sheet() {
-  return plate<S>(kColumns, kRows);
-}
+TriangleMesh sheet() { return plate(kColumns, kRows); }
 
 /// A sheet that folds over its middle line and through itself.
-template <typename S>
-std::vector<Vector3<S>> fold(S time, std::mt19937&) {
-  const S angle = S(1.1 * M_PI) * time;
-  auto points = sheet<S>().vertices;
-  for (Vector3<S>& p : points) {
-    const S along = p[1] - S(0.49), wave = S(0.05) * std::sin(7 * p[0]);
+std::vector<fcl::Vector3d> fold(double time, std::mt19937&) {
+  const double angle = double(1.1 * M_PI) * time;
+  auto points = sheet().vertices;
+  for (fcl::Vector3d& p : points) {
+    const double along = p[1] - 0.49, wave = 0.05 * std::sin(7 * p[0]);
     if (along > 0)
-      p = Vector3<S>(p[0], S(0.49) + along * std::cos(angle), wave + along * std::sin(angle));
+      p = fcl::Vector3d(p[0], 0.49 + along * std::cos(angle), wave + along * std::sin(angle));
     else
       p[2] += wave;
   }
@@ -44,29 +39,26 @@ std::vector<Vector3<S>> fold(S time, std::mt19937&) {
 }
 
 /// A hose that is wound up, turn by turn, until the turns go through each other.
-template <typename S>
-std::vector<Vector3<S>> coil(S time, std::mt19937&) {
-  auto points = sheet<S>().vertices;
-  for (Vector3<S>& p : points) {
-    const S around = S(2 * M_PI) * p[0], turn = S(0.3) + S(14) * time * p[1];
-    const S radius = 1 - S(0.2) * time + S(0.13) * std::cos(around);
-    p = Vector3<S>(radius * std::cos(turn), radius * std::sin(turn),
-                   S(0.3) * p[1] + S(0.13) * std::sin(around));
+std::vector<fcl::Vector3d> coil(double time, std::mt19937&) {
+  auto points = sheet().vertices;
+  for (fcl::Vector3d& p : points) {
+    const double around = double(2 * M_PI) * p[0], turn = 0.3 + 14. * time * p[1];
+    const double radius = 1 - 0.2 * time + 0.13 * std::cos(around);
+    p = fcl::Vector3d(radius * std::cos(turn), radius * std::sin(turn),
+                      0.3 * p[1] + 0.13 * std::sin(around));
   }
   return points;
 }
 
 /// A sheet whose vertices go anywhere within a few edges.
-template <typename S>
-std::vector<Vector3<S>> crumple(S time, std::mt19937& random) {
-  std::uniform_real_distribution<S> one(-1, 1);
-  auto points = sheet<S>().vertices;
-  for (Vector3<S>& p : points)
-    p += S(0.3) * time * Vector3<S>(one(random), one(random), one(random));
+std::vector<fcl::Vector3d> crumple(double time, std::mt19937& random) {
+  std::uniform_real_distribution<double> one(-1, 1);
+  auto points = sheet().vertices;
+  for (fcl::Vector3d& p : points)
+    p += 0.3 * time * fcl::Vector3d(one(random), one(random), one(random));
   return points;
 }
 
-template <typename S>
 bool neighbours(const fcl::Triangle& a, const fcl::Triangle& b, NeighbourFilter filter) {
   std::set<std::size_t> shared;
   for (int i = 0; i < 3; ++i)
@@ -78,11 +70,10 @@ bool neighbours(const fcl::Triangle& a, const fcl::Triangle& b, NeighbourFilter 
 
 /// What `contacts` has, the smaller index of each pair first. A pair that is there twice is a
 /// failure.
-template <typename S>
-Pairs pairsOf(const fcl::CollisionResult<S>& contacts) {
+Pairs pairsOf(const fcl::CollisionResultd& contacts) {
   Pairs pairs;
   for (std::size_t i = 0; i < contacts.numContacts(); ++i) {
-    const fcl::Contact<S>& contact = contacts.getContact(i);
+    const fcl::Contactd& contact = contacts.getContact(i);
     const int low = int(contact.b1), high = int(contact.b2);
     EXPECT_LT(low, high);
     EXPECT_TRUE(pairs.emplace(low, high).second) << low << ", " << high << " twice";
@@ -91,15 +82,14 @@ Pairs pairsOf(const fcl::CollisionResult<S>& contacts) {
 }
 
 /// Expects that `found` has all pairs that intersect, and none else.
-template <typename S>
-void expectAll(const DeformableMesh<S>& model, NeighbourFilter filter, const Pairs& found,
+void expectAll(const DeformableMesh& model, NeighbourFilter filter, const Pairs& found,
                int& contacts) {
-  const fcl::Transform3<S> still = fcl::Transform3<S>::Identity();
-  const Pairs touching = BruteForce<S>(model, still, model, still).contacts();
+  const fcl::Transform3d still = fcl::Transform3d::Identity();
+  const Pairs touching = BruteForce(model, still, model, still).contacts();
   int missed = 0, extra = 0;
   for (int i = 0; i < numTriangles(model); ++i)
     for (int j = i + 1; j < numTriangles(model); ++j) {
-      const bool left_out = neighbours<S>(model.triangles()[i], model.triangles()[j], filter);
+      const bool left_out = neighbours(model.triangles()[i], model.triangles()[j], filter);
       const bool touches = !left_out && touching.count({i, j}) > 0;
       const bool reported = found.count({i, j}) > 0;
       missed += touches && !reported;
@@ -110,31 +100,26 @@ void expectAll(const DeformableMesh<S>& model, NeighbourFilter filter, const Pai
   EXPECT_EQ(0, extra);
 }
 
-template <typename S>
 class SelfCollision : public testing::Test {
  protected:
-  using Model = DeformableMesh<S>;
-  const fcl::CollisionRequest<S> all_{1000000};
+  using Model = DeformableMesh;
+  const fcl::CollisionRequestd all_{1000000};
 };
 
-using Scalars = QueryScalars;
-TYPED_TEST_SUITE(SelfCollision, Scalars);
-
-TYPED_TEST(SelfCollision, FindsWhatBruteForceFinds) {
-  using S = TypeParam;
+TEST_F(SelfCollision, FindsWhatBruteForceFinds) {
   std::mt19937 random(testSeed(7));
   for (const bool two_frames : {false, true})
-    for (Motion<S> motion : {&fold<S>, &coil<S>, &crumple<S>}) {
-      typename TestFixture::Model model(sheet<S>());
+    for (Motion motion : {&fold, &coil, &crumple}) {
+      Model model(sheet());
       int contacts = 0;
       for (int frame = 0; frame <= 12; frame += isLongMode() ? 1 : 2) {
-        const auto points = motion(S(frame) / 12, random);
+        const auto points = motion(double(frame) / 12, random);
         two_frames ? model.updateTwoFrames(points) : model.update(points);
         ASSERT_TRUE(model.validate());
         for (NeighbourFilter filter : kFilters) {
           if (filter != NeighbourFilter::SharedVertex && frame % 4) continue;
-          fcl::CollisionResult<S> result;
-          const std::size_t count = selfCollide(model, this->all_, result, filter);
+          fcl::CollisionResultd result;
+          const std::size_t count = selfCollide(model, {filter}, this->all_, result);
           EXPECT_EQ(result.numContacts(), count);
           expectAll(model, filter, pairsOf(result), contacts);
         }
@@ -144,8 +129,7 @@ TYPED_TEST(SelfCollision, FindsWhatBruteForceFinds) {
 }
 
 /// A face without area may name a vertex twice, in any order.
-TYPED_TEST(SelfCollision, CountsARepeatedVertexOnce) {
-  using S = TypeParam;
+TEST_F(SelfCollision, CountsARepeatedVertexOnce) {
   struct Case {
     std::array<std::size_t, 3> first, second;
     std::size_t contacts[3];  // by filter
@@ -159,13 +143,14 @@ TYPED_TEST(SelfCollision, CountsARepeatedVertexOnce) {
         for (const bool is_swapped : {false, true}) {
           auto a = faces.first, b = faces.second;
           if (is_swapped) std::swap(a, b);
-          TriangleMesh<S> mesh;
+          TriangleMesh mesh;
           mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
           mesh.triangles = {{a[0], a[1], a[2]}, {b[0], b[1], b[2]}};
-          const typename TestFixture::Model model(mesh);
+          const Model model(mesh);
           for (const NeighbourFilter filter : kFilters) {
-            fcl::CollisionResult<S> result;
-            EXPECT_EQ(faces.contacts[int(filter)], selfCollide(model, this->all_, result, filter));
+            fcl::CollisionResultd result;
+            EXPECT_EQ(faces.contacts[int(filter)],
+                      selfCollide(model, {filter}, this->all_, result));
           }
         }
       } while (std::next_permutation(faces.second.begin(), faces.second.end()));
@@ -173,38 +158,36 @@ TYPED_TEST(SelfCollision, CountsARepeatedVertexOnce) {
   }
 }
 
-TYPED_TEST(SelfCollision, PlacesContactsInTheWorld) {
-  using S = TypeParam;
+TEST_F(SelfCollision, PlacesContactsInTheWorld) {
   std::mt19937 random(testSeed(11));
-  typename TestFixture::Model model(sheet<S>());
-  model.update(crumple<S>(1, random));
-  const fcl::Transform3<S> tf = randomPose<S>(random, 3);
-  fcl::CollisionRequest<S> with_points(1000000, true);
-  fcl::CollisionResult<S> here, there;
+  Model model(sheet());
+  model.update(crumple(1, random));
+  const fcl::Transform3d tf = randomPose(random, 3);
+  fcl::CollisionRequestd with_points(1000000, true);
+  fcl::CollisionResultd here, there;
   selfCollide(model, with_points, here);
-  selfCollide(model, tf, with_points, there);
+  selfCollide(model, tf, {}, with_points, there);
   ASSERT_GT(here.numContacts(), 50u);
   ASSERT_EQ(here.numContacts(), there.numContacts());
   for (std::size_t i = 0; i < here.numContacts(); ++i) {
-    const fcl::Contact<S>&a = here.getContact(i), &b = there.getContact(i);
+    const fcl::Contactd &a = here.getContact(i), &b = there.getContact(i);
     EXPECT_EQ(a.b1, b.b1);
     EXPECT_EQ(&model, b.o1);
     EXPECT_EQ(&model, b.o2);
-    EXPECT_NEAR(0, (tf * a.pos - b.pos).norm(), S(1e-5));
-    EXPECT_NEAR(0, (tf.linear() * a.normal - b.normal).norm(), S(1e-5));
+    EXPECT_NEAR(0, (tf * a.pos - b.pos).norm(), 1e-5);
+    EXPECT_NEAR(0, (tf.linear() * a.normal - b.normal).norm(), 1e-5);
   }
 }
 
-TYPED_TEST(SelfCollision, StopsAtTheNumberOfContacts) {
-  using S = TypeParam;
+TEST_F(SelfCollision, StopsAtTheNumberOfContacts) {
   std::mt19937 random(testSeed(13));
-  typename TestFixture::Model model(sheet<S>());
-  fcl::CollisionResult<S> none, one, three;
+  Model model(sheet());
+  fcl::CollisionResultd none, one, three;
   EXPECT_EQ(0u, selfCollide(model, this->all_, none)) << "a plate at rest only has neighbours";
-  model.update(crumple<S>(1, random));
-  EXPECT_EQ(1u, selfCollide(model, fcl::CollisionRequest<S>(), one));
-  EXPECT_EQ(3u, selfCollide(model, fcl::CollisionRequest<S>(3), three));
-  EXPECT_EQ(3u, selfCollide(model, fcl::CollisionRequest<S>(3), three)) << "already has them";
+  model.update(crumple(1, random));
+  EXPECT_EQ(1u, selfCollide(model, fcl::CollisionRequestd(), one));
+  EXPECT_EQ(3u, selfCollide(model, fcl::CollisionRequestd(3), three));
+  EXPECT_EQ(3u, selfCollide(model, fcl::CollisionRequestd(3), three)) << "already has them";
 }
 
 }  // namespace self_collision_test

@@ -15,30 +15,26 @@ using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::VertexContacts;
 using exact::Real;
 
-template <typename S>
 class VertexContact : public testing::Test {
  protected:
-  using Model = DeformableMesh<S>;
-  using Contacts = VertexContacts<S>;
+  using Model = DeformableMesh;
+  using Contacts = VertexContacts;
 
-  static fcl::Transform3<S> still() { return fcl::Transform3<S>::Identity(); }
-  static fcl::Transform3<S> moved(S x, S y, S z) {
-    fcl::Transform3<S> tf = still();
-    tf.translation() = Vector3<S>(x, y, z);
+  static fcl::Transform3d still() { return fcl::Transform3d::Identity(); }
+  static fcl::Transform3d moved(double x, double y, double z) {
+    fcl::Transform3d tf = still();
+    tf.translation() = fcl::Vector3d(x, y, z);
     return tf;
   }
 
-  RandomGeometry<S> random_{41};
+  RandomGeometry random_{41};
 };
 
-TYPED_TEST_SUITE(VertexContact, QueryScalars);
-
 /// The vertices of one mesh as the other sees them, in long double.
-template <typename S>
 class Judge {
  public:
-  Judge(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf, const DeformableMesh<S>& other,
-        const fcl::Transform3<S>& other_tf)
+  Judge(const DeformableMesh& mesh, const fcl::Transform3d& tf, const DeformableMesh& other,
+        const fcl::Transform3d& other_tf)
       : mesh_(mesh),
         other_(other),
         tf_(exact::placement(tf)),
@@ -92,8 +88,8 @@ class Judge {
 
   /// Checks all that is returned, and that nothing is missing. Returns the number of vertices that
   /// were judged.
-  long check(const VertexContacts<S>& found, S margin) const {
-    const Real rounding = size_ * Real(4e-14), epsilon = std::numeric_limits<S>::epsilon();
+  long check(const VertexContacts& found, double margin) const {
+    const Real rounding = size_ * Real(4e-14), epsilon = std::numeric_limits<double>::epsilon();
     EXPECT_TRUE(std::is_sorted(found.vertices.begin(), found.vertices.end()));
     long judged = 0;
     std::size_t next = 0;
@@ -118,7 +114,7 @@ class Judge {
   }
 
  private:
-  void checkContact(const VertexContacts<S>& found, std::size_t i, const exact::Point& x, Real d,
+  void checkContact(const VertexContacts& found, std::size_t i, const exact::Point& x, Real d,
                     bool is_inside, Real rounding, Real epsilon) const {
     const Real signed_distance = is_inside ? -d : d;
     const Real tolerance = rounding + epsilon * d;
@@ -168,38 +164,37 @@ class Judge {
     return best;
   }
 
-  const DeformableMesh<S>&mesh_, &other_;
+  const DeformableMesh &mesh_, &other_;
   const exact::Placement tf_, other_tf_;
   Real size_;
   std::vector<bool> is_used_;
 };
 
 /// Bodies of all kinds, scales and poses, overlapping, deformed.
-TYPED_TEST(VertexContact, AreThoseOfAllTriangles) {
-  using S = TypeParam;
-  using Model = typename TestFixture::Model;
+TEST_F(VertexContact, AreThoseOfAllTriangles) {
+  using Model = Model;
   auto& random = this->random_;
   long judged = 0, found = 0, inside = 0;
   for (int body = 0; body < manySteps(12); ++body) {
-    const S scale = random.size(-6, 6);
-    TriangleMesh<S> mesh = random.oneIn(4) ? plate<S>(6, 6) : closedBody(random);
-    TriangleMesh<S> other = closedBody(random);
-    mesh.vertices.push_back(Vector3<S>::Zero());  // of no triangle
-    for (TriangleMesh<S>* m : {&mesh, &other})
-      for (Vector3<S>& p : m->vertices) p *= scale;
+    const double scale = random.size(-6, 6);
+    TriangleMesh mesh = random.oneIn(4) ? plate(6, 6) : closedBody(random);
+    TriangleMesh other = closedBody(random);
+    mesh.vertices.push_back(fcl::Vector3d::Zero());  // of no triangle
+    for (TriangleMesh* m : {&mesh, &other})
+      for (fcl::Vector3d& p : m->vertices) p *= scale;
     Model a(mesh), b(other);
-    typename TestFixture::Contacts result;
+    Contacts result;
     for (int step = 0; step < 3; ++step) {
-      for (Vector3<S>& p : other.vertices) p += S(0.03) * scale * random.point();
+      for (fcl::Vector3d& p : other.vertices) p += 0.03 * scale * random.point();
       b.update(other.vertices);
       auto tf = random.pose(scale), other_tf = random.pose(scale);
-      const S margin = random.oneIn(3)   ? S(0)
-                       : random.oneIn(6) ? std::numeric_limits<S>::infinity()
-                                         : scale * random.size(-3, 0);
+      const double margin = random.oneIn(3)   ? 0.
+                            : random.oneIn(6) ? std::numeric_limits<double>::infinity()
+                                              : scale * random.size(-3, 0);
       vertexContacts(a, tf, b, other_tf, margin, result);
-      judged += Judge<S>(a, tf, b, other_tf).check(result, margin);
+      judged += Judge(a, tf, b, other_tf).check(result, margin);
       found += long(result.size());
-      for (const S d : result.distances) inside += d < 0;
+      for (const double d : result.distances) inside += d < 0;
     }
   }
   EXPECT_GT(judged, 2000);
@@ -209,37 +204,36 @@ TYPED_TEST(VertexContact, AreThoseOfAllTriangles) {
 }
 
 /// Boxes on a lattice, stacked face on face, edge on edge, and so that vertices lie on vertices.
-TYPED_TEST(VertexContact, OnALatticeTouchingIsAtDistanceZero) {
-  using S = TypeParam;
-  using Model = typename TestFixture::Model;
+TEST_F(VertexContact, OnALatticeTouchingIsAtDistanceZero) {
+  using Model = Model;
   auto& random = this->random_;
   long judged = 0;
   for (int body = 0; body < manySteps(60); ++body) {
     const int n = 1 + random.below(4);
-    const Model a(latticeBox<S>(1 + random.below(4))), b(latticeBox<S>(n));
-    const S half = random.oneIn(2) ? S(0.5) : S(1);
-    const auto shift = [&] { return half * S(random.below(2 * n + 3) - n); };
+    const Model a(latticeBox(1 + random.below(4))), b(latticeBox(n));
+    const double half = random.oneIn(2) ? 0.5 : 1.;
+    const auto shift = [&] { return half * double(random.below(2 * n + 3) - n); };
     const auto tf = this->moved(shift(), shift(), shift());
-    const S margin = random.oneIn(2) ? S(0) : S(0.5) * S(random.below(3));
-    typename TestFixture::Contacts result;
+    const double margin = random.oneIn(2) ? 0. : 0.5 * double(random.below(3));
+    Contacts result;
     vertexContacts(a, tf, b, this->still(), margin, result);
     std::size_t next = 0;
     for (unsigned v = 0; v < a.vertices().size(); ++v) {
-      const Vector3<S> p = tf * a.vertices()[v];
-      const Vector3<S> low = p, high = Vector3<S>::Constant(S(n)) - p;
-      const S depth = std::min(low.minCoeff(), high.minCoeff());
-      const S away = (-low).cwiseMax(-high).cwiseMax(Vector3<S>::Zero()).norm();
+      const fcl::Vector3d p = tf * a.vertices()[v];
+      const fcl::Vector3d low = p, high = fcl::Vector3d::Constant(double(n)) - p;
+      const double depth = std::min(low.minCoeff(), high.minCoeff());
+      const double away = (-low).cwiseMax(-high).cwiseMax(fcl::Vector3d::Zero()).norm();
       const bool is_contact = depth > 0 || away <= margin;
       ASSERT_EQ(is_contact, next < result.size() && result.vertices[next] == v) << p.transpose();
       ++judged;
       if (!is_contact) continue;
-      const S expected = depth >= 0 ? -depth : away;
-      EXPECT_NEAR(expected, result.distances[next], S(8) * std::numeric_limits<S>::epsilon());
+      const double expected = depth >= 0 ? -depth : away;
+      EXPECT_NEAR(expected, result.distances[next], 8. * std::numeric_limits<double>::epsilon());
       EXPECT_EQ(depth == 0, result.distances[next] == 0);
       if (depth == 0) {
-        Vector3<S> outward = Vector3<S>::Zero();
-        for (int k = 0; k < 3; ++k) outward[k] = p[k] == 0 ? S(-1) : p[k] == S(n) ? S(1) : S(0);
-        EXPECT_LE((result.normals[next] + outward.normalized()).norm(), S(1e-6))
+        fcl::Vector3d outward = fcl::Vector3d::Zero();
+        for (int k = 0; k < 3; ++k) outward[k] = p[k] == 0 ? -1. : p[k] == double(n) ? 1. : 0.;
+        EXPECT_LE((result.normals[next] + outward.normalized()).norm(), 1e-6)
             << p.transpose() << ": " << result.normals[next].transpose();
       }
       ++next;
@@ -250,10 +244,9 @@ TYPED_TEST(VertexContact, OnALatticeTouchingIsAtDistanceZero) {
 }
 
 /// The pseudo-normals of a mesh in long double, by their definition.
-template <typename S>
 class NormalJudge {
  public:
-  explicit NormalJudge(const TriangleMesh<S>& mesh) : mesh_(mesh) {}
+  explicit NormalJudge(const TriangleMesh& mesh) : mesh_(mesh) {}
 
   exact::Point ofFace(const fcl::Triangle& t) const {
     return (point(t[1]) - point(t[0])).cross(point(t[2]) - point(t[0])).normalized();
@@ -283,41 +276,40 @@ class NormalJudge {
   }
   exact::Point point(std::size_t v) const { return exact::of(mesh_.vertices[v]); }
 
-  const TriangleMesh<S>& mesh_;
+  const TriangleMesh& mesh_;
 };
 
 /// Of vertices on vertices, on the middles of edges and inside of faces. A middle that is rounded
 /// may be nearest to the edge or to a face beside it.
-TYPED_TEST(VertexContact, NormalsOfTouchingVerticesAreThoseOfTheFeatures) {
-  using S = TypeParam;
-  using Model = typename TestFixture::Model;
+TEST_F(VertexContact, NormalsOfTouchingVerticesAreThoseOfTheFeatures) {
+  using Model = Model;
   auto& random = this->random_;
   long judged = 0;
   for (int body = 0; body < manySteps(20); ++body) {
-    TriangleMesh<S> mesh = gridBall<S>(5 + random.below(6), 3 + random.below(5));
-    for (Vector3<S>& p : mesh.vertices) p += S(0.1) * random.point();
+    TriangleMesh mesh = gridBall(5 + random.below(6), 3 + random.below(5));
+    for (fcl::Vector3d& p : mesh.vertices) p += 0.1 * random.point();
     const Model b(mesh);
-    TriangleMesh<S> on_surface;
+    TriangleMesh on_surface;
     for (const fcl::Triangle& t : mesh.triangles) {
       const auto &p = mesh.vertices[t[0]], &q = mesh.vertices[t[1]], &r = mesh.vertices[t[2]];
       const std::size_t first = on_surface.vertices.size();
       on_surface.vertices.insert(on_surface.vertices.end(),
-                                 {p, Vector3<S>((p + q) / 2), Vector3<S>((p + q + r) / 3)});
+                                 {p, fcl::Vector3d((p + q) / 2), fcl::Vector3d((p + q + r) / 3)});
       on_surface.triangles.emplace_back(first, first + 1, first + 2);
     }
     const Model a(on_surface);
-    typename TestFixture::Contacts result;
-    vertexContacts(a, this->still(), b, this->still(), S(1e-5), result);
+    Contacts result;
+    vertexContacts(a, this->still(), b, this->still(), 1e-5, result);
     ASSERT_EQ(a.vertices().size(), result.size());
-    const NormalJudge<S> judge(mesh);
+    const NormalJudge judge(mesh);
     for (std::size_t i = 0; i < result.size(); ++i) {
-      if (std::abs(result.distances[i]) > S(1e-9)) continue;
+      if (std::abs(result.distances[i]) > 1e-9) continue;
       const fcl::Triangle& t = mesh.triangles[i / 3];
       const exact::Point found = -exact::of(result.normals[i]);
       const auto expectNear = [&](std::initializer_list<exact::Point> directions) {
         Real least = 2;
         for (const exact::Point& n : directions) least = std::min(least, (n - found).norm());
-        EXPECT_LE(least, 1e-6L + 8 * std::numeric_limits<S>::epsilon()) << i % 3;
+        EXPECT_LE(least, 1e-6L + 8 * std::numeric_limits<double>::epsilon()) << i % 3;
       };
       const exact::Point of_vertex = judge.ofVertex(t[0]);
       const fcl::Triangle& other = mesh.triangles[std::size_t(result.triangles[i])];
@@ -332,36 +324,34 @@ TYPED_TEST(VertexContact, NormalsOfTouchingVerticesAreThoseOfTheFeatures) {
 
 /// Of a needle-shaped pyramid's apex, the mean by angles is along the axis, whatever the number of
 /// triangles on each side.
-TYPED_TEST(VertexContact, TheNormalOfAVertexIsWeightedByAngles) {
-  using S = TypeParam;
-  TriangleMesh<S> pyramid;
-  pyramid.vertices = {{0, 0, 1},  {1, 1, 0},      {-1, 1, 0}, {-1, -1, 0},
-                      {1, -1, 0}, {S(0.5), 1, 0}, {0, 1, 0},  {S(-0.25), 1, 0}};
+TEST_F(VertexContact, TheNormalOfAVertexIsWeightedByAngles) {
+  TriangleMesh pyramid;
+  pyramid.vertices = {{0, 0, 1},  {1, 1, 0},   {-1, 1, 0}, {-1, -1, 0},
+                      {1, -1, 0}, {0.5, 1, 0}, {0, 1, 0},  {-0.25, 1, 0}};
   const std::size_t rim[] = {1, 5, 6, 7, 2, 3, 4};
   for (std::size_t i = 0; i < 7; ++i) pyramid.triangles.emplace_back(0, rim[i], rim[(i + 1) % 7]);
   for (std::size_t i = 1; i + 1 < 7; ++i)
     pyramid.triangles.emplace_back(rim[0], rim[i + 1], rim[i]);
-  const typename TestFixture::Model b(pyramid);
-  TriangleMesh<S> point;
+  const Model b(pyramid);
+  TriangleMesh point;
   point.vertices = {{0, 0, 1}, {0, 0, 5}, {0, 1, 5}};
   point.triangles.emplace_back(0, 1, 2);
-  typename TestFixture::Contacts result;
-  vertexContacts(typename TestFixture::Model(point), this->still(), b, this->still(), S(0), result);
+  Contacts result;
+  vertexContacts(Model(point), this->still(), b, this->still(), 0., result);
   ASSERT_EQ(1u, result.size());
   EXPECT_EQ(0, result.distances[0]);
-  EXPECT_LE((result.normals[0] - Vector3<S>(0, 0, -1)).norm(), S(1e-6));
+  EXPECT_LE((result.normals[0] - fcl::Vector3d(0, 0, -1)).norm(), 1e-6);
 }
 
 /// Both directions are the two calls.
-TYPED_TEST(VertexContact, OfBothAreThoseOfEach) {
-  using S = TypeParam;
-  const typename TestFixture::Model a(latticeBox<S>(3)), b(gridBall<S>(9, 7));
-  const auto tf = this->moved(S(0.4), S(0.3), S(0.2));
-  typename TestFixture::Contacts one, two, of_first, of_second;
-  vertexContacts(a, this->still(), b, tf, S(0.1), one);
-  vertexContacts(b, tf, a, this->still(), S(0.1), two);
+TEST_F(VertexContact, OfBothAreThoseOfEach) {
+  const Model a(latticeBox(3)), b(gridBall(9, 7));
+  const auto tf = this->moved(0.4, 0.3, 0.2);
+  Contacts one, two, of_first, of_second;
+  vertexContacts(a, this->still(), b, tf, 0.1, one);
+  vertexContacts(b, tf, a, this->still(), 0.1, two);
   EXPECT_EQ(one.size() + two.size(),
-            vertexContacts(a, this->still(), b, tf, S(0.1), of_first, of_second));
+            vertexContacts(a, this->still(), b, tf, 0.1, of_first, of_second));
   EXPECT_GT(one.size(), 0u);
   EXPECT_GT(two.size(), 0u);
   EXPECT_EQ(one.vertices, of_first.vertices);
@@ -371,39 +361,37 @@ TYPED_TEST(VertexContact, OfBothAreThoseOfEach) {
 }
 
 /// A penalty force pushes the bodies apart.
-TYPED_TEST(VertexContact, AForceAgainstTheNormalSeparates) {
-  using S = TypeParam;
-  const typename TestFixture::Model a(gridBall<S>(16, 12)), b(gridBall<S>(20, 14));
-  typename TestFixture::Contacts c;
-  const S margin = S(0.05);
-  vertexContacts(a, this->moved(0, 0, S(1.8)), b, this->still(), margin, c);
-  Vector3<S> force = Vector3<S>::Zero();
+TEST_F(VertexContact, AForceAgainstTheNormalSeparates) {
+  const Model a(gridBall(16, 12)), b(gridBall(20, 14));
+  Contacts c;
+  const double margin = 0.05;
+  vertexContacts(a, this->moved(0, 0, 1.8), b, this->still(), margin, c);
+  fcl::Vector3d force = fcl::Vector3d::Zero();
   for (std::size_t i = 0; i < c.size(); ++i)
     force -= (margin - c.distances[i]) * c.areas[i] * c.normals[i];
-  EXPECT_GT(force[2], S(0.01));
-  EXPECT_LT(std::hypot(force[0], force[1]), S(0.1) * force[2]);
+  EXPECT_GT(force[2], 0.01);
+  EXPECT_LT(std::hypot(force[0], force[1]), 0.1 * force[2]);
 }
 
-TYPED_TEST(VertexContact, RefusesWhatItCannotAnswer) {
-  using S = TypeParam;
-  const typename TestFixture::Model closed(latticeBox<S>(2)), open(plate<S>(2, 2));
-  typename TestFixture::Contacts result, other;
-  vertexContacts(closed, this->still(), closed, this->still(), S(0.1), result);
+TEST_F(VertexContact, RefusesWhatItCannotAnswer) {
+  const Model closed(latticeBox(2)), open(plate(2, 2));
+  Contacts result, other;
+  vertexContacts(closed, this->still(), closed, this->still(), 0.1, result);
   const std::size_t before = result.size();
   ASSERT_GT(before, 0u);
   auto scaled = this->still();
-  scaled.linear() *= S(1.1);
-  for (const S bad : {S(-1), std::numeric_limits<S>::quiet_NaN()})
+  scaled.linear() *= 1.1;
+  for (const double bad : {-1., std::numeric_limits<double>::quiet_NaN()})
     EXPECT_THROW(vertexContacts(closed, this->still(), closed, this->still(), bad, result),
                  std::invalid_argument);
-  EXPECT_THROW(vertexContacts(closed, scaled, closed, this->still(), S(1), result),
+  EXPECT_THROW(vertexContacts(closed, scaled, closed, this->still(), 1., result),
                std::invalid_argument);
-  EXPECT_THROW(vertexContacts(closed, this->still(), closed, scaled, S(1), result),
+  EXPECT_THROW(vertexContacts(closed, this->still(), closed, scaled, 1., result),
                std::invalid_argument);
-  EXPECT_THROW(vertexContacts(open, this->still(), closed, this->still(), S(1), result, other),
+  EXPECT_THROW(vertexContacts(open, this->still(), closed, this->still(), 1., result, other),
                std::invalid_argument);
   try {
-    vertexContacts(closed, this->still(), open, this->still(), S(1), result);
+    vertexContacts(closed, this->still(), open, this->still(), 1., result);
     FAIL() << "an open mesh";
   } catch (const std::invalid_argument& error) {
     // The first edge of plate's first triangle is on the rim.

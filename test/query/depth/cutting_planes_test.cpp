@@ -13,7 +13,7 @@ namespace cutting_planes_test {
 
 /// The bound is that of a linear program, which a fine grid judges from below.
 TEST(CuttingPlanesTest, BoundTheLeastOfThem) {
-  RandomGeometry<double> random(52);
+  RandomGeometry random(52);
   for (int round = 0; round < 200; ++round) {
     adaptive_bvh::CuttingPlanes planes;
     std::vector<fcl::Vector3d> all;

@@ -16,64 +16,59 @@ using adaptive_bvh::SignedDistance;
 using exact::Point;
 using exact::Real;
 
-template <typename S>
-fcl::Transform3<S> still() {
-  return fcl::Transform3<S>::Identity();
-}
-template <typename S>
-fcl::Transform3<S> moved(S x, S y, S z) {
-  fcl::Transform3<S> tf = still<S>();
-  tf.translation() = Vector3<S>(x, y, z);
+fcl::Transform3d still() { return fcl::Transform3d::Identity(); }
+fcl::Transform3d moved(double x, double y, double z) {
+  fcl::Transform3d tf = still();
+  tf.translation() = fcl::Vector3d(x, y, z);
   return tf;
 }
 
-template <typename S>
 class SignedDistances : public testing::Test {
  protected:
-  using Model = DeformableMesh<S>;
-  using Result = SignedDistance<S>;
-  static constexpr Real kEpsilon = std::numeric_limits<S>::epsilon();
+  using Model = DeformableMesh;
+  using Result = SignedDistance;
+  static constexpr Real kEpsilon = std::numeric_limits<double>::epsilon();
 
   /// What both bounds may be off by that hold for other numbers than the judge's: `size` bounds the
   /// coordinates.
   static Real rounding(Real size) { return size * (16 * kEpsilon + 1e-12L); }
 
   /// A small closed body of about size 1.
-  TriangleMesh<S> smallBody() {
-    TriangleMesh<S> mesh;
+  TriangleMesh smallBody() {
+    TriangleMesh mesh;
     const int kind = random_.below(6);
     if (kind == 0) mesh = tetrahedron();
     if (kind == 1) mesh = octahedron();
     if (kind == 2) mesh = centred(1 + random_.below(2));
-    if (kind == 3) mesh = gridBall<S>(4, 2);
+    if (kind == 3) mesh = gridBall(4, 2);
     if (kind == 4) {  // with a hollow
       mesh = octahedron();
-      TriangleMesh<S> hollow = octahedron();
-      for (auto& p : hollow.vertices) p *= S(0.6);
-      addSurface(hollow, Vector3<S>(0, 0, S(0.05)), true, mesh);
+      TriangleMesh hollow = octahedron();
+      for (auto& p : hollow.vertices) p *= 0.6;
+      addSurface(hollow, fcl::Vector3d(0, 0, 0.05), true, mesh);
     }
     if (kind == 5) {  // crossing itself, or two bodies
       mesh = tetrahedron();
-      addSurface(octahedron(), Vector3<S>(random_.uniform() * S(1.5) * Vector3<S>::UnitX()), false,
-                 mesh);
+      addSurface(octahedron(), fcl::Vector3d(random_.uniform() * 1.5 * fcl::Vector3d::UnitX()),
+                 false, mesh);
     }
-    const Vector3<S> shape(random_.size(-0.6, 0.1), random_.size(-0.6, 0.1),
-                           random_.oneIn(6) ? random_.size(-3, 0) : random_.size(-0.6, 0.1));
+    const fcl::Vector3d shape(random_.size(-0.6, 0.1), random_.size(-0.6, 0.1),
+                              random_.oneIn(6) ? random_.size(-3, 0) : random_.size(-0.6, 0.1));
     for (auto& p : mesh.vertices) p = p.cwiseProduct(shape);
     if (random_.oneIn(3))
-      for (auto& p : mesh.vertices) p += S(0.1) * random_.point();
+      for (auto& p : mesh.vertices) p += 0.1 * random_.point();
     return mesh;
   }
-  static TriangleMesh<S> tetrahedron() {
-    TriangleMesh<S> mesh;
+  static TriangleMesh tetrahedron() {
+    TriangleMesh mesh;
     mesh.vertices = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
     for (const auto& t : {fcl::Triangle(0, 1, 2), fcl::Triangle(0, 3, 1), fcl::Triangle(0, 2, 3),
                           fcl::Triangle(1, 3, 2)})
       mesh.triangles.push_back(t);
     return mesh;
   }
-  static TriangleMesh<S> octahedron() {
-    TriangleMesh<S> mesh;
+  static TriangleMesh octahedron() {
+    TriangleMesh mesh;
     mesh.vertices = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
     for (int i = 0; i < 8; ++i) {
       std::size_t a = std::size_t(i & 1), b = std::size_t(2 + (i >> 1 & 1)),
@@ -83,20 +78,20 @@ class SignedDistances : public testing::Test {
     }
     return mesh;
   }
-  static TriangleMesh<S> centred(int n) {
-    TriangleMesh<S> mesh = latticeBox<S>(n);
-    for (auto& p : mesh.vertices) p = p * (S(2) / S(n)) - Vector3<S>::Ones();
+  static TriangleMesh centred(int n) {
+    TriangleMesh mesh = latticeBox(n);
+    for (auto& p : mesh.vertices) p = p * (2. / double(n)) - fcl::Vector3d::Ones();
     return mesh;
   }
-  S tolerance(S size) {
+  double tolerance(double size) {
     const int kind = this->random_.below(6);
-    return kind == 0 ? S(0) : kind == 1 ? S(0.3) * size : size * this->random_.size(-6, -1);
+    return kind == 0 ? 0. : kind == 1 ? 0.3 * size : size * this->random_.size(-6, -1);
   }
 
   /// What holds for any two bodies: the bounds are near each other, the points are where they are
   /// said to be, and no sampled point is deeper.
   void check(const Result& found, const JudgedBody& one, const JudgedBody& two, bool is_flat,
-             S tolerance, Real size, Real distance) {
+             double tolerance, Real size, Real distance) {
     const Real rounding = this->rounding(size),
                at_most = std::max<Real>(tolerance, size * (4e-9L + 64 * kEpsilon));
     ASSERT_LE(found.lower, found.upper);
@@ -138,7 +133,7 @@ class SignedDistances : public testing::Test {
       ASSERT_LE(((p - q).normalized() - n).norm(), 1e3L * rounding / size + 1e-6L);
     }
   }
-  static Real distance(const JudgedMesh<S>& one, const JudgedMesh<S>& two) {
+  static Real distance(const JudgedMesh& one, const JudgedMesh& two) {
     Real least = std::numeric_limits<Real>::infinity();
     for (const exact::Triangle& p : one.triangles())
       for (const exact::Triangle& q : two.triangles())
@@ -150,26 +145,23 @@ class SignedDistances : public testing::Test {
                 points_);
   }
 
-  RandomGeometry<S> random_{45};
+  RandomGeometry random_{45};
   long judged_ = 0, inside_ = 0, points_ = 0;
 };
 
-TYPED_TEST_SUITE(SignedDistances, QueryScalars);
-
-TYPED_TEST(SignedDistances, ContainTheDepthOfSampledSurfaces) {
-  using S = TypeParam;
+TEST_F(SignedDistances, ContainTheDepthOfSampledSurfaces) {
   auto& random = this->random_;
   for (int body = 0; body < manySteps(40); ++body) {
-    const S scale = random.size(-3, 3);
-    TriangleMesh<S> mesh = this->smallBody(), other = this->smallBody();
-    for (TriangleMesh<S>* m : {&mesh, &other})
+    const double scale = random.size(-3, 3);
+    TriangleMesh mesh = this->smallBody(), other = this->smallBody();
+    for (TriangleMesh* m : {&mesh, &other})
       for (auto& p : m->vertices) p *= scale;
     if (random.oneIn(4))
-      for (auto& p : other.vertices) p *= S(0.2);
-    const typename TestFixture::Model a(mesh), b(other);
-    const auto tf = random.pose(S(0.5) * scale), other_tf = random.pose(S(0.5) * scale);
-    const S tolerance = this->tolerance(scale);
-    const JudgedMesh<S> one(a, tf), two(b, other_tf);
+      for (auto& p : other.vertices) p *= 0.2;
+    const Model a(mesh), b(other);
+    const auto tf = random.pose(0.5 * scale), other_tf = random.pose(0.5 * scale);
+    const double tolerance = this->tolerance(scale);
+    const JudgedMesh one(a, tf), two(b, other_tf);
     const auto found = signedDistance(a, tf, b, other_tf, tolerance);
     this->check(found, one, two, true, tolerance, 4 * scale, this->distance(one, two));
     if (testing::Test::HasFatalFailure()) return;
@@ -180,17 +172,16 @@ TYPED_TEST(SignedDistances, ContainTheDepthOfSampledSurfaces) {
 
 /// Depth of the surface of box 1 in box 2, along the axes: the largest, over the faces, of the
 /// least distance to a face of the other.
-template <typename S>
-S depthOfBox(const Vector3<S> (&one)[2], const Vector3<S> (&two)[2]) {
-  const auto tent = [&](int k, S x) { return std::min(x - two[0][k], two[1][k] - x); };
+double depthOfBox(const fcl::Vector3d (&one)[2], const fcl::Vector3d (&two)[2]) {
+  const auto tent = [&](int k, double x) { return std::min(x - two[0][k], two[1][k] - x); };
   const auto highest = [&](int k) {
-    const S low = std::max(one[0][k], two[0][k]), high = std::min(one[1][k], two[1][k]),
-            middle = (two[0][k] + two[1][k]) / 2;
+    const double low = std::max(one[0][k], two[0][k]), high = std::min(one[1][k], two[1][k]),
+                 middle = (two[0][k] + two[1][k]) / 2;
     return tent(k, std::max(low, std::min(middle, high)));
   };
-  S deepest = -1;
+  double deepest = -1;
   for (int k = 0; k < 3; ++k)
-    for (const Vector3<S>& end : one)
+    for (const fcl::Vector3d& end : one)
       deepest = std::max(deepest,
                          std::min({tent(k, end[k]), highest((k + 1) % 3), highest((k + 2) % 3)}));
   return deepest;
@@ -198,30 +189,30 @@ S depthOfBox(const Vector3<S> (&one)[2], const Vector3<S> (&two)[2]) {
 
 /// Boxes on a lattice: faces in one plane, parallel edges, corners on corners, one in the other,
 /// the same box twice; cut into triangles in different ways, turned by quarters. Depths are known.
-TYPED_TEST(SignedDistances, OfBoxesOnALattice) {
-  using S = TypeParam;
+TEST_F(SignedDistances, OfBoxesOnALattice) {
   auto& random = this->random_;
   long judged = 0, inside = 0, touching = 0;
   for (int body = 0; body < manySteps(400); ++body) {
-    Vector3<S> ends[2][2];
-    std::vector<typename TestFixture::Model> models;
-    fcl::Transform3<S> tf[2];
+    fcl::Vector3d ends[2][2];
+    std::vector<Model> models;
+    fcl::Transform3d tf[2];
     for (int i = 0; i < 2; ++i) {
-      TriangleMesh<S> mesh = latticeBox<S>(1 + random.below(3));
-      Vector3<S> scale;
+      TriangleMesh mesh = latticeBox(1 + random.below(3));
+      fcl::Vector3d scale;
       for (int k = 0; k < 3; ++k)
-        scale[k] = S(1 + random.below(4)) / mesh.vertices.back().maxCoeff();
+        scale[k] = double(1 + random.below(4)) / mesh.vertices.back().maxCoeff();
       for (auto& p : mesh.vertices) p = p.cwiseProduct(scale);
-      tf[i] = moved<S>(S(random.below(7)) / 2, S(random.below(7)) / 2, S(random.below(7)) / 2);
+      tf[i] = moved(double(random.below(7)) / 2, double(random.below(7)) / 2,
+                    double(random.below(7)) / 2);
       const int axis = random.below(3), turns = random.below(4);
       for (int turn = 0; turn < turns; ++turn) {
-        fcl::Matrix3<S> quarter = fcl::Matrix3<S>::Zero();
+        fcl::Matrix3d quarter = fcl::Matrix3d::Zero();
         quarter(axis, axis) = 1;
         quarter((axis + 1) % 3, (axis + 2) % 3) = -1;
         quarter((axis + 2) % 3, (axis + 1) % 3) = 1;
         tf[i].linear() = tf[i].linear() * quarter;
       }
-      ends[i][0] = Vector3<S>::Constant(1e9f);
+      ends[i][0] = fcl::Vector3d::Constant(1e9f);
       ends[i][1] = -ends[i][0];
       for (const auto& p : mesh.vertices) {
         ends[i][0] = ends[i][0].cwiseMin(tf[i] * p);
@@ -229,16 +220,16 @@ TYPED_TEST(SignedDistances, OfBoxesOnALattice) {
       }
       models.emplace_back(mesh);
     }
-    const S depth = std::max(depthOfBox(ends[0], ends[1]), depthOfBox(ends[1], ends[0]));
-    const Vector3<S> gap =
-        (ends[0][0] - ends[1][1]).cwiseMax(ends[1][0] - ends[0][1]).cwiseMax(Vector3<S>::Zero());
-    const S expected = depth > 0 ? -depth : gap.norm();
-    const S tolerance = random.oneIn(2) ? S(0) : S(0.01);
+    const double depth = std::max(depthOfBox(ends[0], ends[1]), depthOfBox(ends[1], ends[0]));
+    const fcl::Vector3d gap =
+        (ends[0][0] - ends[1][1]).cwiseMax(ends[1][0] - ends[0][1]).cwiseMax(fcl::Vector3d::Zero());
+    const double expected = depth > 0 ? -depth : gap.norm();
+    const double tolerance = random.oneIn(2) ? 0. : 0.01;
     const auto found = signedDistance(models[0], tf[0], models[1], tf[1], tolerance);
-    const S rounding = S(40) * std::numeric_limits<S>::epsilon() + S(1e-10);
+    const double rounding = 40. * std::numeric_limits<double>::epsilon() + 1e-10;
     ASSERT_LE(found.lower, expected + rounding);
     ASSERT_GE(found.upper, expected - rounding);
-    ASSERT_LE(found.upper - found.lower, std::max(tolerance, S(2e-8)) + rounding) << expected;
+    ASSERT_LE(found.upper - found.lower, std::max(tolerance, 2e-8) + rounding) << expected;
     ASSERT_EQ(found.deep_body == DeepBody::None, depth <= 0);
     ++judged;
     inside += depth > 0;
@@ -251,88 +242,80 @@ TYPED_TEST(SignedDistances, OfBoxesOnALattice) {
 
 /// The deepest point is inside of a face: elsewhere depths by vertices were as different as the
 /// tessellations.
-TYPED_TEST(SignedDistances, DoNotDependOnTheTessellation) {
-  using S = TypeParam;
-  const typename TestFixture::Model octahedron([] {
-    TriangleMesh<S> mesh = TestFixture::octahedron();
+TEST_F(SignedDistances, DoNotDependOnTheTessellation) {
+  const Model large([] {
+    TriangleMesh mesh = octahedron();
     for (auto& p : mesh.vertices) p *= 2;
     return mesh;
   }());
-  // A box that is narrow where the octahedron's tip is; |x| + |y| + |z| = 2 is 0.8 / sqrt(3) away
-  // from the middle of its lowest face, and from the corners of that 0.2 / sqrt(3).
-  const S expected = S(-0.8) / std::sqrt(S(3)), tolerance = S(1e-4);
+  // A box that is narrow where the tip of the octahedron is; |x| + |y| + |z| = 2 is 0.8 / sqrt(3)
+  // away from the middle of its lowest face, and from the corners of that 0.2 / sqrt(3).
+  const double expected = -0.8 / std::sqrt(3.), tolerance = 1e-4;
   for (const int n : {1, 2, 3, 5, 8}) {
-    TriangleMesh<S> mesh = latticeBox<S>(n);
-    for (auto& p : mesh.vertices) p *= S(0.6) / S(n);
-    const typename TestFixture::Model box(mesh);
-    const auto tf = moved<S>(S(-0.3), S(-0.3), S(1.2));
+    TriangleMesh mesh = latticeBox(n);
+    for (auto& p : mesh.vertices) p *= 0.6 / double(n);
+    const Model box(mesh);
+    const auto tf = moved(-0.3, -0.3, 1.2);
     for (const bool is_first : {true, false}) {
-      const auto found = is_first ? signedDistance(box, tf, octahedron, still<S>(), tolerance)
-                                  : signedDistance(octahedron, still<S>(), box, tf, tolerance);
-      EXPECT_LE(found.upper - found.lower, tolerance + S(1e-6));
-      EXPECT_LE(found.lower, expected + S(1e-6));
-      EXPECT_GE(found.upper, expected - S(1e-6)) << n;
+      const auto found = is_first ? signedDistance(box, tf, large, still(), tolerance)
+                                  : signedDistance(large, still(), box, tf, tolerance);
+      EXPECT_LE(found.upper - found.lower, tolerance + 1e-6);
+      EXPECT_LE(found.lower, expected + 1e-6);
+      EXPECT_GE(found.upper, expected - 1e-6) << n;
       EXPECT_EQ(found.deep_body, is_first ? DeepBody::First : DeepBody::Second);
-      EXPECT_LE((found.points[is_first ? 0 : 1] - Vector3<S>(0, 0, S(1.2))).norm(), S(2e-3));
+      EXPECT_LE((found.points[is_first ? 0 : 1] - fcl::Vector3d(0, 0, 1.2)).norm(), 2e-3);
     }
   }
 }
 
-TYPED_TEST(SignedDistances, OfBalls) {
-  using S = TypeParam;
-  const typename TestFixture::Model a(gridBall<S>(64, 31)), b(gridBall<S>(50, 24));
-  for (const S apart : {S(0.3), S(1.2), S(1.9), S(2.1)}) {
-    const Vector3<S> at = apart * Vector3<S>(S(0.36), S(0.48), S(0.8));
-    const auto found = signedDistance(a, still<S>(), b, moved<S>(at[0], at[1], at[2]), S(1e-3));
+TEST_F(SignedDistances, OfBalls) {
+  const Model a(gridBall(64, 31)), b(gridBall(50, 24));
+  for (const double apart : {0.3, 1.2, 1.9, 2.1}) {
+    const fcl::Vector3d at = apart * fcl::Vector3d(0.36, 0.48, 0.8);
+    const auto found = signedDistance(a, still(), b, moved(at[0], at[1], at[2]), 1e-3);
     // Flat faces are up to 0.012 below the sphere. Where the middles are near each other, so are
     // the surfaces.
-    const S expected = apart < 1 ? -apart : apart - 2;
+    const double expected = apart < 1 ? -apart : apart - 2;
     EXPECT_NEAR(expected, found.lower, 0.03);
     EXPECT_NEAR(expected, found.upper, 0.03);
-    EXPECT_LE(found.upper - found.lower, S(1.001e-3));
-    EXPECT_GT(found.normal.dot(at.normalized()) * (apart < 1 ? -1 : 1), S(0.98)) << apart;
+    EXPECT_LE(found.upper - found.lower, 1.001e-3);
+    EXPECT_GT(found.normal.dot(at.normalized()) * (apart < 1 ? -1 : 1), 0.98) << apart;
   }
-  const auto same = signedDistance(a, still<S>(), a, still<S>(), S(1e-3));
+  const auto same = signedDistance(a, still(), a, still(), 1e-3);
   EXPECT_LE(same.upper, 0);
-  EXPECT_GE(same.upper, -S(1e-5));
-  EXPECT_GE(same.lower, -S(1.001e-3));
+  EXPECT_GE(same.upper, -1e-5);
+  EXPECT_GE(same.lower, -1.001e-3);
 }
 
-TYPED_TEST(SignedDistances, ABodyInAHollowIsApart) {
-  using S = TypeParam;
-  TriangleMesh<S> shell = latticeBox<S>(4);
-  TriangleMesh<S> hollow = latticeBox<S>(2);
-  addSurface(hollow, Vector3<S>(1, 1, 1), true, shell);
-  const typename TestFixture::Model outer(shell), small(latticeBox<S>(1));
-  const auto in_hollow =
-      signedDistance(small, moved<S>(S(1.25), S(1.5), S(1.5)), outer, still<S>(), S(1e-3));
+TEST_F(SignedDistances, ABodyInAHollowIsApart) {
+  TriangleMesh shell = latticeBox(4);
+  TriangleMesh hollow = latticeBox(2);
+  addSurface(hollow, fcl::Vector3d(1, 1, 1), true, shell);
+  const Model outer(shell), small(latticeBox(1));
+  const auto in_hollow = signedDistance(small, moved(1.25, 1.5, 1.5), outer, still(), 1e-3);
   EXPECT_NEAR(0.25, in_hollow.lower, 1e-5);
   EXPECT_NEAR(0.25, in_hollow.upper, 1e-5);
   EXPECT_EQ(in_hollow.deep_body, DeepBody::None);
-  EXPECT_LE((in_hollow.normal - Vector3<S>(-1, 0, 0)).norm(), S(1e-5));
+  EXPECT_LE((in_hollow.normal - fcl::Vector3d(-1, 0, 0)).norm(), 1e-5);
   // In the wall, 1 thick, it is deep by half of what is left on either side of its middle.
-  TriangleMesh<S> thin = latticeBox<S>(1);
-  for (auto& p : thin.vertices) p *= S(0.5);
-  const auto in_wall = signedDistance(typename TestFixture::Model(thin),
-                                      moved<S>(S(0.25), S(1.5), S(1.5)), outer, still<S>(), S(0));
+  TriangleMesh thin = latticeBox(1);
+  for (auto& p : thin.vertices) p *= 0.5;
+  const auto in_wall = signedDistance(Model(thin), moved(0.25, 1.5, 1.5), outer, still(), 0.);
   EXPECT_NEAR(-0.5, in_wall.upper, 1e-5);
   EXPECT_EQ(in_wall.deep_body, DeepBody::First);
   // A second part of the first body is inside, and the first part apart.
-  TriangleMesh<S> both = thin;
-  addSurface(thin, Vector3<S>(10, 0, 0), false, both);
-  const auto two_parts =
-      signedDistance(typename TestFixture::Model(both), moved<S>(S(-9.75), S(1.5), S(1.5)), outer,
-                     still<S>(), S(1e-3));
+  TriangleMesh both = thin;
+  addSurface(thin, fcl::Vector3d(10, 0, 0), false, both);
+  const auto two_parts = signedDistance(Model(both), moved(-9.75, 1.5, 1.5), outer, still(), 1e-3);
   EXPECT_NEAR(-0.5, two_parts.upper, 2e-3);
 }
 
 /// Each of FCL's solids, its depth, and its surface.
-template <typename S>
 struct Solid {
   std::string name;
-  std::shared_ptr<fcl::CollisionGeometry<S>> geometry;
-  std::shared_ptr<JudgedSolid<S>> judged;
-  JudgedShape<S> shape;
+  std::shared_ptr<fcl::CollisionGeometryd> geometry;
+  std::shared_ptr<JudgedSolid> judged;
+  JudgedShape shape;
 };
 
 /// The least distance of a point inside to an ellipsoid: by a grid of directions, then closer and
@@ -362,14 +345,13 @@ inline Real depthInEllipsoid(const Point& x, const Point& radii) {
   return std::sqrt(best);
 }
 
-template <typename S>
-Solid<S> solidOf(int kind, S size, const fcl::Transform3<S>& tf, RandomGeometry<S>& random) {
+Solid solidOf(int kind, double size, const fcl::Transform3d& tf, RandomGeometry& random) {
   using namespace judged_shapes;
   const auto side = [&] { return size * random.size(-0.5, 0.1); };
-  const S a = side(), b = side(), c = side();
+  const double a = side(), b = side(), c = side();
   const Real r = a, half = Real(b) / 2, pi = std::acos(-1.L);
-  const auto solid = [&](const JudgedShape<S>& shape, auto depth) {
-    return Solid<S>{shape.name, shape.geometry, std::make_shared<JudgedSolid<S>>(tf, depth), shape};
+  const auto solid = [&](const JudgedShape& shape, auto depth) {
+    return Solid{shape.name, shape.geometry, std::make_shared<JudgedSolid>(tf, depth), shape};
   };
   const auto ball = [pi](const Point& radii, Real z) {
     return [=](Real u, Real v) -> Point {
@@ -391,12 +373,12 @@ Solid<S> solidOf(int kind, S size, const fcl::Transform3<S>& tf, RandomGeometry<
   };
   switch (kind) {
     case 0: {
-      auto found = solid(sphere<S>(a), [=](const Point& x) { return r - x.norm(); });
+      auto found = solid(sphere(a), [=](const Point& x) { return r - x.norm(); });
       found.judged->add(ball(Point::Constant(r), 0));
       return found;
     }
     case 1: {
-      auto found = solid(capsule<S>(a, b), [=](const Point& x) {
+      auto found = solid(capsule(a, b), [=](const Point& x) {
         return r - (x - Point(0, 0, exact::clamp(x[2], -half, half))).norm();
       });
       // Halves of balls, by a quarter turn each.
@@ -411,7 +393,7 @@ Solid<S> solidOf(int kind, S size, const fcl::Transform3<S>& tf, RandomGeometry<
     }
     case 2: {
       const Point h = Point(a, b, c) / 2;
-      auto found = solid(box<S>(Vector3<S>(a, b, c)), [=](const Point& x) { return inBox(x, h); });
+      auto found = solid(box(fcl::Vector3d(a, b, c)), [=](const Point& x) { return inBox(x, h); });
       for (int k = 0; k < 6; ++k)
         found.judged->add([=](Real u, Real v) -> Point {
           Point p;
@@ -423,7 +405,7 @@ Solid<S> solidOf(int kind, S size, const fcl::Transform3<S>& tf, RandomGeometry<
       return found;
     }
     case 3: {
-      auto found = solid(cylinder<S>(a, b), [=](const Point& x) {
+      auto found = solid(cylinder(a, b), [=](const Point& x) {
         const Real out = std::hypot(x[0], x[1]) - r, up = std::abs(x[2]) - half;
         return std::max(out, up) <= 0 ? -std::max(out, up)
                                       : -std::hypot(std::max(out, 0.L), std::max(up, 0.L));
@@ -434,7 +416,7 @@ Solid<S> solidOf(int kind, S size, const fcl::Transform3<S>& tf, RandomGeometry<
       return found;
     }
     case 4: {
-      auto found = solid(cone<S>(a, b), [=](const Point& x) {
+      auto found = solid(cone(a, b), [=](const Point& x) {
         const Real rho = std::hypot(x[0], x[1]), length = std::hypot(2 * half, r);
         const Real side = (r * (half - x[2]) - rho * 2 * half) / length, base = x[2] + half;
         if (side >= 0 && base >= 0) return std::min(side, base);
@@ -446,14 +428,14 @@ Solid<S> solidOf(int kind, S size, const fcl::Transform3<S>& tf, RandomGeometry<
     }
     case 5: {
       const Point radii(a, b, c);
-      auto found = solid(ellipsoid<S>(Vector3<S>(a, b, c)),
+      auto found = solid(ellipsoid(fcl::Vector3d(a, b, c)),
                          [=](const Point& x) { return depthInEllipsoid(x, radii); });
       found.judged->add(ball(radii, 0));
       return found;
     }
     default: {
-      const Vector3<S> h(a, b, c), shift = S(0.2) * size * random.point();
-      const JudgedShape<S> shape = octahedron<S>(h, shift);
+      const fcl::Vector3d h(a, b, c), shift = 0.2 * size * random.point();
+      const JudgedShape shape = octahedron(h, shift);
       const auto distance = shape.distance;
       const Point e = exact::of(h), s = exact::of(shift);
       auto found = solid(shape, [=](const Point& x) {
@@ -473,21 +455,20 @@ Solid<S> solidOf(int kind, S size, const fcl::Transform3<S>& tf, RandomGeometry<
   }
 }
 
-TYPED_TEST(SignedDistances, OfAMeshAndASolid) {
-  using S = TypeParam;
+TEST_F(SignedDistances, OfAMeshAndASolid) {
   auto& random = this->random_;
   for (int body = 0; body < manySteps(28); ++body) {
-    const S scale = random.size(-3, 3);
-    TriangleMesh<S> mesh = this->smallBody();
+    const double scale = random.size(-3, 3);
+    TriangleMesh mesh = this->smallBody();
     for (auto& p : mesh.vertices) p *= scale;
-    const typename TestFixture::Model a(mesh);
-    const auto tf = random.pose(S(0.5) * scale), other_tf = random.pose(S(0.5) * scale);
-    const S size = random.oneIn(4) ? S(0.2) * scale : random.oneIn(4) ? 4 * scale : scale;
-    const Solid<S> solid = solidOf<S>(body % 7, size, other_tf, random);
+    const Model a(mesh);
+    const auto tf = random.pose(0.5 * scale), other_tf = random.pose(0.5 * scale);
+    const double size = random.oneIn(4) ? 0.2 * scale : random.oneIn(4) ? 4 * scale : scale;
+    const Solid solid = solidOf(body % 7, size, other_tf, random);
     SCOPED_TRACE(solid.name);
-    const S tolerance = std::max(this->tolerance(scale), S(1e-6) * scale);
-    const JudgedMesh<S> one(a, tf);
-    const fcl::CollisionGeometry<S>& geometry = *solid.geometry;
+    const double tolerance = std::max(this->tolerance(scale), 1e-6 * scale);
+    const JudgedMesh one(a, tf);
+    const fcl::CollisionGeometryd& geometry = *solid.geometry;
     const auto found = signedDistance(a, tf, geometry, other_tf, tolerance);
     const exact::Placement at = exact::placement(other_tf);
     Real distance = std::numeric_limits<Real>::infinity();
@@ -502,14 +483,13 @@ TYPED_TEST(SignedDistances, OfAMeshAndASolid) {
   this->report("solids");
 }
 
-TYPED_TEST(SignedDistances, OfAMeshAndAHalfSpace) {
-  using S = TypeParam;
+TEST_F(SignedDistances, OfAMeshAndAHalfSpace) {
   auto& random = this->random_;
   for (int body = 0; body < manySteps(50); ++body) {
-    const typename TestFixture::Model a(this->smallBody());
+    const Model a(this->smallBody());
     const auto tf = random.pose(1), other_tf = random.pose(1);
-    const fcl::Halfspace<S> solid(random.direction(), random.uniform());
-    const auto found = signedDistance(a, tf, solid, other_tf, S(0));
+    const fcl::Halfspaced solid(random.direction(), random.uniform());
+    const auto found = signedDistance(a, tf, solid, other_tf, 0.);
     const exact::Placement at = exact::placement(tf), other = exact::placement(other_tf);
     const Point n = exact::of(solid.n).normalized();
     Real lowest = std::numeric_limits<Real>::infinity();
@@ -529,13 +509,12 @@ TYPED_TEST(SignedDistances, OfAMeshAndAHalfSpace) {
   }
 }
 
-TYPED_TEST(SignedDistances, RefuseWhatTheyCannotAnswer) {
-  using S = TypeParam;
-  using Model = typename TestFixture::Model;
-  const Model closed(latticeBox<S>(2)), open(plate<S>(2, 2));
-  const fcl::Sphere<S> sphere(1);
-  auto scaled = still<S>();
-  scaled.linear() *= S(1.1);
+TEST_F(SignedDistances, RefuseWhatTheyCannotAnswer) {
+  using Model = Model;
+  const Model closed(latticeBox(2)), open(plate(2, 2));
+  const fcl::Sphered sphere(1);
+  auto scaled = still();
+  scaled.linear() *= 1.1;
   const auto refuses = [&](const auto& call, const char* what) {
     try {
       call();
@@ -544,40 +523,40 @@ TYPED_TEST(SignedDistances, RefuseWhatTheyCannotAnswer) {
       EXPECT_NE(std::string::npos, std::string(error.what()).find(what)) << error.what();
     }
   };
-  const fcl::CollisionGeometry<S>& solid = sphere;
-  for (const S bad : {S(-1), std::numeric_limits<S>::quiet_NaN()}) {
-    refuses([&] { signedDistance(closed, still<S>(), closed, still<S>(), bad); }, "tolerance");
-    refuses([&] { signedDistance(closed, still<S>(), solid, still<S>(), bad); }, "tolerance");
+  const fcl::CollisionGeometryd& solid = sphere;
+  for (const double bad : {-1., std::numeric_limits<double>::quiet_NaN()}) {
+    refuses([&] { signedDistance(closed, still(), closed, still(), bad); }, "tolerance");
+    refuses([&] { signedDistance(closed, still(), solid, still(), bad); }, "tolerance");
   }
-  refuses([&] { signedDistance(closed, scaled, closed, still<S>(), S(1)); }, "rigid");
-  refuses([&] { signedDistance(closed, still<S>(), solid, scaled, S(1)); }, "rigid");
-  refuses([&] { signedDistance(open, still<S>(), closed, still<S>(), S(1)); }, "the edge from");
-  refuses([&] { signedDistance(closed, still<S>(), open, still<S>(), S(1)); }, "the edge from");
-  refuses([&] { signedDistance(open, still<S>(), solid, still<S>(), S(1)); }, "the edge from");
-  const fcl::Plane<S> plane(Vector3<S>::UnitX(), 0);
-  const fcl::TriangleP<S> triangle(Vector3<S>::Zero(), Vector3<S>::UnitX(), Vector3<S>::UnitY());
-  const fcl::CollisionGeometry<S>&flat = plane, &thin = triangle;
-  refuses([&] { signedDistance(closed, still<S>(), flat, still<S>(), S(1)); }, "no inside");
-  refuses([&] { signedDistance(closed, still<S>(), thin, still<S>(), S(1)); }, "of this type");
-  auto vertices = std::make_shared<std::vector<Vector3<S>>>(
-      std::vector<Vector3<S>>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
+  refuses([&] { signedDistance(closed, scaled, closed, still(), 1.); }, "rigid");
+  refuses([&] { signedDistance(closed, still(), solid, scaled, 1.); }, "rigid");
+  refuses([&] { signedDistance(open, still(), closed, still(), 1.); }, "the edge from");
+  refuses([&] { signedDistance(closed, still(), open, still(), 1.); }, "the edge from");
+  refuses([&] { signedDistance(open, still(), solid, still(), 1.); }, "the edge from");
+  const fcl::Planed plane(fcl::Vector3d::UnitX(), 0);
+  const fcl::TriangleP<double> triangle(fcl::Vector3d::Zero(), fcl::Vector3d::UnitX(),
+                                        fcl::Vector3d::UnitY());
+  const fcl::CollisionGeometryd &flat = plane, &thin = triangle;
+  refuses([&] { signedDistance(closed, still(), flat, still(), 1.); }, "no inside");
+  refuses([&] { signedDistance(closed, still(), thin, still(), 1.); }, "of this type");
+  auto vertices = std::make_shared<std::vector<fcl::Vector3d>>(
+      std::vector<fcl::Vector3d>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
   auto faces = std::make_shared<std::vector<int>>(std::vector<int>{3, 0, 2, 1, 3, 0, 1, 3});
-  const fcl::Convex<S> lacking(vertices, 2, faces);
-  const fcl::CollisionGeometry<S>& convex = lacking;
-  refuses([&] { signedDistance(closed, still<S>(), convex, still<S>(), S(1)); }, "faces");
+  const fcl::Convexd lacking(vertices, 2, faces);
+  const fcl::CollisionGeometryd& convex = lacking;
+  refuses([&] { signedDistance(closed, still(), convex, still(), 1.); }, "faces");
 }
 
 /// An infinite tolerance needs no search, and still gives bounds.
-TYPED_TEST(SignedDistances, OfAnyTolerance) {
-  using S = TypeParam;
-  const typename TestFixture::Model a(gridBall<S>(20, 13));
-  const auto tf = moved<S>(S(1.5), S(0.2), 0);
-  const S infinity = std::numeric_limits<S>::infinity();
-  const auto loose = signedDistance(a, still<S>(), a, tf, infinity),
-             fine = signedDistance(a, still<S>(), a, tf, S(0));
+TEST_F(SignedDistances, OfAnyTolerance) {
+  const Model a(gridBall(20, 13));
+  const auto tf = moved(1.5, 0.2, 0);
+  const double infinity = std::numeric_limits<double>::infinity();
+  const auto loose = signedDistance(a, still(), a, tf, infinity),
+             fine = signedDistance(a, still(), a, tf, 0.);
   EXPECT_LE(loose.lower, fine.lower);
   EXPECT_GE(loose.upper, fine.upper);
-  EXPECT_GE(loose.lower, S(-10));
+  EXPECT_GE(loose.lower, -10.);
   EXPECT_LT(loose.searches, 10u);
 }
 

@@ -18,30 +18,29 @@ namespace near_distance_test {
 using adaptive_bvh::CoherentDistance;
 using adaptive_bvh::DeformableMesh;
 
-template <typename S>
 class NearDistance : public testing::Test {
  protected:
-  using Mesh = DeformableMesh<S>;
-  using Transform = fcl::Transform3<S>;
+  using Mesh = DeformableMesh;
+  using Transform = fcl::Transform3d;
 
-  static S tolerance() { return std::is_same<S, float>::value ? S(1e-5) : S(1e-12); }
+  static double tolerance() { return 1e-12; }
 
   NearDistance() {
-    sheet_ = plate<S>(9, 9);  // a trough, in which the hose lies: no plane separates them
-    for (auto& p : sheet_.vertices) p[2] = 2 * (p[1] - S(0.5)) * (p[1] - S(0.5));
-    hose_ = tube<S>(8, 10);
+    sheet_ = plate(9, 9);  // a trough, in which the hose lies: no plane separates them
+    for (auto& p : sheet_.vertices) p[2] = 2 * (p[1] - 0.5) * (p[1] - 0.5);
+    hose_ = tube(8, 10);
   }
   /// Both queries, judged by brute force.
-  void ask(const Mesh& first, const Mesh& second, CoherentDistance<S>& pair, const Transform& tf1,
-           const Transform& tf2, S abs_err = 0) {
-    fcl::DistanceRequest<S> request(true);
+  void ask(const Mesh& first, const Mesh& second, CoherentDistance& pair, const Transform& tf1,
+           const Transform& tf2, double abs_err = 0) {
+    fcl::DistanceRequestd request(true);
     request.abs_err = abs_err;
-    const BruteForce<S> brute(first, tf1, second, tf2);
-    const S expected = brute.distance();
-    fcl::DistanceResult<S> fresh, kept;
-    adaptive_bvh::distance<S>(&first, tf1, &second, tf2, request, fresh);
+    const BruteForce brute(first, tf1, second, tf2);
+    const double expected = brute.distance();
+    fcl::DistanceResultd fresh, kept;
+    adaptive_bvh::distance(&first, tf1, &second, tf2, request, fresh);
     pair.distance(tf1, tf2, request, kept);
-    for (const fcl::DistanceResult<S>* result : {&fresh, &kept}) {
+    for (const fcl::DistanceResultd* result : {&fresh, &kept}) {
       ASSERT_NEAR(expected, result->min_distance, tolerance() + abs_err);
       ASSERT_EQ("", brute.findError(*result, tf1, tolerance()));
     }
@@ -49,54 +48,49 @@ class NearDistance : public testing::Test {
     touching_ += expected <= 0;
   }
 
-  TriangleMesh<S> sheet_, hose_;
-  RandomGeometry<S> random_{83};
+  TriangleMesh sheet_, hose_;
+  RandomGeometry random_{83};
   int queries_ = 0, touching_ = 0;
 };
 
-TYPED_TEST_SUITE(NearDistance, QueryScalars);
-
 /// In general poses, while both deform.
-TYPED_TEST(NearDistance, IsThatOfEveryPairOfTriangles) {
-  using S = TypeParam;
-  using Mesh = typename TestFixture::Mesh;
-  using Kind = typename Deformation<S>::Kind;
+TEST_F(NearDistance, IsThatOfEveryPairOfTriangles) {
+  using Mesh = Mesh;
+  using Kind = typename Deformation::Kind;
   for (Kind kind : {Kind::Smooth, Kind::Jerky})
     for (int round = 0; round < 3; ++round) {
       Mesh first(this->sheet_), second(this->hose_);
-      CoherentDistance<S> pair(first, second);
-      Deformation<S> bend1(this->sheet_, kind, 1 + 2 * unsigned(round)),
+      CoherentDistance pair(first, second);
+      Deformation bend1(this->sheet_, kind, 1 + 2 * unsigned(round)),
           bend2(this->hose_, kind, 2 + 2 * unsigned(round));
-      auto tf1 = randomPose<S>(this->random_.engine(), S(3));
-      auto beside = TestFixture::Transform::Identity();
-      beside.linear() = Eigen::AngleAxis<S>(S(0.2), this->random_.direction()).matrix();
+      auto tf1 = randomPose(this->random_.engine(), 3.);
+      auto beside = Transform::Identity();
+      beside.linear() = Eigen::AngleAxis<double>(0.2, this->random_.direction()).matrix();
       for (int frame = 0; frame < 40; ++frame) {
         if (frame % 2) first.update(bend1.next());
         if (frame % 3) second.update(bend2.next());
         if (frame % 4 == 0)
-          beside.translation() =
-              Vector3<S>(S(-0.5), S(0.4), S(1.9)) + this->random_.point() * S(0.4);
-        if (frame == 20) tf1 = randomPose<S>(this->random_.engine(), S(3));
+          beside.translation() = fcl::Vector3d(-0.5, 0.4, 1.9) + this->random_.point() * 0.4;
+        if (frame == 20) tf1 = randomPose(this->random_.engine(), 3.);
         ASSERT_NO_FATAL_FAILURE(
-            this->ask(first, second, pair, tf1, tf1 * beside, frame % 7 ? S(0) : S(0.01)));
+            this->ask(first, second, pair, tf1, tf1 * beside, frame % 7 ? 0. : 0.01));
       }
     }
   EXPECT_LT(this->touching_, this->queries_ / 2);
 }
 
 /// Soups, whose tree is of no use, and bodies that pass through each other.
-TYPED_TEST(NearDistance, OfLooseTrianglesAndOfBodiesThatIntersect) {
-  using S = TypeParam;
-  using Mesh = typename TestFixture::Mesh;
+TEST_F(NearDistance, OfLooseTrianglesAndOfBodiesThatIntersect) {
+  using Mesh = Mesh;
   for (int round = 0; round < 60; ++round) {
     const int count = 3 + this->random_.below(60);
-    const Mesh first(soup<S>(count, this->random_.engine()));
-    const Mesh second(round % 2 ? soup<S>(count, this->random_.engine()) : this->hose_);
-    CoherentDistance<S> pair(first, second);
+    const Mesh first(soup(count, this->random_.engine()));
+    const Mesh second(round % 2 ? soup(count, this->random_.engine()) : this->hose_);
+    CoherentDistance pair(first, second);
     for (int i = 0; i < 3; ++i) {
-      const auto tf1 = randomPose<S>(this->random_.engine(), S(1));
-      auto tf2 = randomPose<S>(this->random_.engine(), S(1));
-      tf2.translation() = tf1.translation() + this->random_.direction() * S(0.8 * i);
+      const auto tf1 = randomPose(this->random_.engine(), 1.);
+      auto tf2 = randomPose(this->random_.engine(), 1.);
+      tf2.translation() = tf1.translation() + this->random_.direction() * double(0.8 * i);
       ASSERT_NO_FATAL_FAILURE(this->ask(first, second, pair, tf1, tf2));
     }
   }
@@ -105,43 +99,41 @@ TYPED_TEST(NearDistance, OfLooseTrianglesAndOfBodiesThatIntersect) {
 
 /// A bent sheet moves by up to a fiftieth of an edge a step, some tenths to two edges below
 /// another.
-TYPED_TEST(NearDistance, OfNearlyParallelSheetsInSmallSteps) {
-  using S = TypeParam;
+TEST_F(NearDistance, OfNearlyParallelSheetsInSmallSteps) {
   constexpr int kSide = 14;
-  const S edge = S(1) / kSide;
-  const auto sheet = [&](S height, S bend, S wave) {
-    return bent<S>(kSide, kSide, [=](S x, S y) -> Vector3<S> {
+  const double edge = 1. / kSide;
+  const auto sheet = [&](double height, double bend, double wave) {
+    return bent(kSide, kSide, [=](double x, double y) -> fcl::Vector3d {
       return {x + wave * std::sin(9 * x + 4 * y), y,
               height + bend * std::sin(7 * x) * std::cos(5 * y)};
     });
   };
-  typename TestFixture::Mesh first(sheet(0, S(0.03), 0));
-  const typename TestFixture::Mesh second(sheet(S(1.2) * edge, S(0.055), 0));
-  CoherentDistance<S> pair(first, second);
-  const auto tf = randomPose<S>(this->random_.engine(), S(1));
+  Mesh first(sheet(0, 0.03, 0));
+  const Mesh second(sheet(1.2 * edge, 0.055, 0));
+  CoherentDistance pair(first, second);
+  const auto tf = randomPose(this->random_.engine(), 1.);
   for (int step = 0; step < 30; ++step) {
     const int away = std::min(step % 10, 10 - step % 10);
-    first.update(sheet(0, S(0.03), S(0.02) * edge * S(away)).vertices);
+    first.update(sheet(0, 0.03, 0.02 * edge * double(away)).vertices);
     ASSERT_NO_FATAL_FAILURE(this->ask(first, second, pair, tf, tf));
   }
   EXPECT_EQ(0, this->touching_);
 }
 
 /// One mesh is much larger than the other, or much smaller.
-TYPED_TEST(NearDistance, OfBodiesOfUnequalSize) {
-  using S = TypeParam;
-  using Mesh = typename TestFixture::Mesh;
-  for (const S scale : {S(100), S(0.01)}) {
-    TriangleMesh<S> scaled = this->sheet_;
-    for (auto& p : scaled.vertices) p = scale * (p - Vector3<S>(S(0.5), S(0.5), 0));
+TEST_F(NearDistance, OfBodiesOfUnequalSize) {
+  using Mesh = Mesh;
+  for (const double scale : {100., 0.01}) {
+    TriangleMesh scaled = this->sheet_;
+    for (auto& p : scaled.vertices) p = scale * (p - fcl::Vector3d(0.5, 0.5, 0));
     const Mesh first(this->hose_), second(scaled);
     for (int i = 0; i < 8; ++i) {
-      const auto tf1 = randomPose<S>(this->random_.engine(), S(0.5)),
-                 tf2 = randomPose<S>(this->random_.engine(), S(0.5));
-      fcl::DistanceResult<S> result;
-      adaptive_bvh::distance<S>(&first, tf1, &second, tf2, fcl::DistanceRequest<S>(), result);
-      const S expected = BruteForce<S>(first, tf1, second, tf2).distance();
-      EXPECT_NEAR(expected, result.min_distance, std::max(S(1), scale) * this->tolerance());
+      const auto tf1 = randomPose(this->random_.engine(), 0.5),
+                 tf2 = randomPose(this->random_.engine(), 0.5);
+      fcl::DistanceResultd result;
+      adaptive_bvh::distance(&first, tf1, &second, tf2, fcl::DistanceRequestd(), result);
+      const double expected = BruteForce(first, tf1, second, tf2).distance();
+      EXPECT_NEAR(expected, result.min_distance, std::max(1., scale) * this->tolerance());
     }
   }
 }

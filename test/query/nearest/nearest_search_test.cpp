@@ -67,8 +67,8 @@ Real farthestBelow(const WideTree& tree, int number, int lane, const Along& alon
 /// they are computed, and how far what lies below each box reaches along a line.
 class JudgedPair {
  public:
-  JudgedPair(const TriangleMesh<double>& triangles1, const fcl::Transform3<double>& tf1,
-             const TriangleMesh<double>& triangles2, const fcl::Transform3<double>& tf2)
+  JudgedPair(const TriangleMesh& triangles1, const fcl::Transform3d& tf1,
+             const TriangleMesh& triangles2, const fcl::Transform3d& tf2)
       : mesh1_(triangles1),
         mesh2_(triangles2),
         first(mesh1_, tf1),
@@ -135,7 +135,7 @@ class JudgedPair {
   }
 
  private:
-  const DeformableMesh<double> mesh1_, mesh2_;
+  const DeformableMesh mesh1_, mesh2_;
 
  public:
   const PlacedMesh first, second;
@@ -145,10 +145,10 @@ class JudgedPair {
   int size1() const { return numTriangles(mesh1_); }
   int size2() const { return numTriangles(mesh2_); }
   template <typename Along>
-  static std::vector<std::array<Real, 4>> reaches(const DeformableMesh<double>& mesh,
-                                                  const WideTree& tree, const Along& along) {
+  static std::vector<std::array<Real, 4>> reaches(const DeformableMesh& mesh, const WideTree& tree,
+                                                  const Along& along) {
     std::vector<Real> of_vertex;
-    for (const Vector3<double>& x : mesh.vertices()) of_vertex.push_back(along(exact::of(x)));
+    for (const fcl::Vector3d& x : mesh.vertices()) of_vertex.push_back(along(exact::of(x)));
     std::vector<std::array<Real, 4>> of_node(std::size_t(tree.size()));
     for (int number = 0; number < tree.size(); ++number)
       for (int lane = 0; lane < int(tree.nodes()[number].count); ++lane)
@@ -170,16 +170,15 @@ class JudgedPair {
 
 class NearestBounds : public testing::Test {
  protected:
-  using P = Vector3<double>;
+  using P = fcl::Vector3d;
 
   /// Eight to forty triangles, or of a given number of cells along a side, rough or smooth; or with
   /// whole numbers as coordinates, so that many faces lie in one plane with others.
-  TriangleMesh<double> body(double size) { return body(size, 2 + random_.below(3)); }
-  TriangleMesh<double> body(double size, int side) {
-    TriangleMesh<double> mesh =
-        random_.oneIn(2) ? plate<double>(side, side) : tube<double>(1 + side, side);
+  TriangleMesh body(double size) { return body(size, 2 + random_.below(3)); }
+  TriangleMesh body(double size, int side) {
+    TriangleMesh mesh = random_.oneIn(2) ? plate(side, side) : tube(1 + side, side);
     const bool is_lattice = random_.oneIn(3);
-    const double noise = random_.oneIn(2) ? double(0.2) : double(0.001);
+    const double noise = random_.oneIn(2) ? 0.2 : 0.001;
     for (P& p : mesh.vertices) {
       p += noise * random_.point();
       if (is_lattice)
@@ -194,13 +193,13 @@ class NearestBounds : public testing::Test {
   JudgedPair pair(double most_sizes_apart, double most_ratio, int side = 3) {
     const double size1 = random_.size(-3, 1), size2 = size1 * random_.size(-most_ratio, most_ratio);
     const double reach = std::max(size1, size2);
-    TriangleMesh<double> a = body(size1, side), b = body(size2, side + random_.below(2));
+    TriangleMesh a = body(size1, side), b = body(size2, side + random_.below(2));
     const P at1 = random_.point() * reach * random_.size(-1, 1),
             at2 = random_.point() * reach * random_.size(-1, 1);
     for (P& p : a.vertices) p += at1;
     for (P& p : b.vertices) p += at2;
-    const fcl::Transform3<double> tf1 = random_.pose(reach);
-    fcl::Transform3<double> tf2 = fcl::Transform3<double>::Identity();
+    const fcl::Transform3d tf1 = random_.pose(reach);
+    fcl::Transform3d tf2 = fcl::Transform3d::Identity();
     tf2.linear() = random_.oneIn(4) ? tf1.linear() : random_.rotation();
     if (random_.oneIn(2)) {
       const P away = random_.vectorOfSize(reach * random_.size(-3, most_sizes_apart));
@@ -214,7 +213,7 @@ class NearestBounds : public testing::Test {
 
   /// All triangles become small, beside a large one: their positions have few digits for their
   /// size.
-  void shrink(TriangleMesh<double>& mesh, double size) {
+  void shrink(TriangleMesh& mesh, double size) {
     const double share = random_.size(-5, -2);
     const P at = random_.point() * size;
     for (P& p : mesh.vertices) p = at + share * p;
@@ -222,7 +221,7 @@ class NearestBounds : public testing::Test {
     for (int k = 0; k < 3; ++k) mesh.vertices.push_back(random_.point() * size);
     mesh.triangles.emplace_back(first, first + 1, first + 2);
   }
-  P anyOf(const TriangleMesh<double>& mesh) {
+  P anyOf(const TriangleMesh& mesh) {
     return mesh.vertices[std::size_t(random_.below(int(mesh.vertices.size())))];
   }
 
@@ -281,7 +280,7 @@ class NearestBounds : public testing::Test {
       if (!a.isLeaf() || !b.isLeaf()) return;
       const Real of = pair.distance(a.first + random_.below(int(a.count)),
                                     b.first + random_.below(int(b.count)));
-      const double limit = double(of) * scale * double(random_.size(double(-0.3), double(0.1)));
+      const double limit = double(of) * scale * double(random_.size(-0.3, 0.1));
       const unsigned near = blocks.near(n1, n2, 0xffff, limit);
       for (int j = 0; j < int(b.count); ++j)
         for (int i = 0; i < int(a.count); ++i) {
@@ -379,7 +378,7 @@ class NearestBounds : public testing::Test {
     expectLineNearer(pair, random_.direction());
   }
 
-  RandomGeometry<double> random_{61};
+  RandomGeometry random_{61};
   LineSeparation line_;
   long pairs_ = 0, pruned_ = 0, block_pairs_ = 0, block_pruned_ = 0, separated_ = 0;
   long slab_pairs_ = 0, slab_pruned_ = 0, node_pairs_ = 0, node_pruned_ = 0;
@@ -437,10 +436,10 @@ TEST_F(NearestBounds, SeparateOnlyWhatIsSoFarApart) {
 TEST_F(NearestBounds, SeparateParallelPlatesByTheirDistance) {
   long separated = 0, all = 0;
   for (int round = 0; round < 100; ++round) {
-    TriangleMesh<double> low = plate<double>(3, 2), high = plate<double>(2, 3);
+    TriangleMesh low = plate(3, 2), high = plate(2, 3);
     const double gap = this->random_.size(-3, 0);
-    for (Vector3<double>& p : high.vertices) p[2] += gap;
-    const fcl::Transform3<double> tf = this->random_.pose(1);
+    for (fcl::Vector3d& p : high.vertices) p[2] += gap;
+    const fcl::Transform3d tf = this->random_.pose(1);
     JudgedPair pair(low, tf, high, tf);
     this->expectLineNearer(pair, fcl::Vector3d::UnitZ());
     const double error = std::is_same<double, double>::value ? 2 * pair.separationError() : 1e-5;
@@ -460,8 +459,8 @@ TEST_F(NearestBounds, SeparateParallelPlatesByTheirDistance) {
 /// the vertices in it. Nodes outside of the part are not covered.
 TEST_F(NearestBounds, SupportsAreThoseOfTheVertices) {
   for (int round = 0; round < 60; ++round) {
-    const DeformableMesh<double> mesh(this->body(this->random_.size(-3, 3), round % 2 ? 12 : 40));
-    const PlacedMesh placed(mesh, fcl::Transform3<double>::Identity());
+    const DeformableMesh mesh(this->body(this->random_.size(-3, 3), round % 2 ? 12 : 40));
+    const PlacedMesh placed(mesh, fcl::Transform3d::Identity());
     const WideTree& tree = placed.tree();
     const fcl::Vector3d n = this->random_.direction();
     const fcl::Vector3d from = mesh.vertices()[0];
@@ -510,21 +509,21 @@ TEST_F(NearestBounds, SupportsAreThoseOfTheVertices) {
 TEST_F(NearestBounds, DistancesOfLongBodiesAndSmallOnes) {
   for (int round = 0; round < 40; ++round) {
     const double size = this->random_.size(-3, 3);
-    TriangleMesh<double> hose = this->body(size, 16), part = this->body(size / double(3), 3);
+    TriangleMesh hose = this->body(size, 16), part = this->body(size / 3., 3);
     const double length = double(this->random_.below(20));
-    for (Vector3<double>& p : hose.vertices) p[1] *= 1 + length;
-    const Vector3<double> on = hose.vertices[std::size_t(this->random_.below(256))],
-                          away = this->random_.vectorOfSize(size * this->random_.size(-5, 0));
-    fcl::Transform3<double> tf = fcl::Transform3<double>::Identity();
+    for (fcl::Vector3d& p : hose.vertices) p[1] *= 1 + length;
+    const fcl::Vector3d on = hose.vertices[std::size_t(this->random_.below(256))],
+                        away = this->random_.vectorOfSize(size * this->random_.size(-5, 0));
+    fcl::Transform3d tf = fcl::Transform3d::Identity();
     tf.linear() = this->random_.rotation();
     tf.translation() = on + away - tf.linear() * part.vertices[0];
     const bool is_first = round % 2;
-    const fcl::Transform3<double> still = fcl::Transform3<double>::Identity();
+    const fcl::Transform3d still = fcl::Transform3d::Identity();
     JudgedPair pair(is_first ? hose : part, is_first ? still : tf, is_first ? part : hose,
                     is_first ? tf : still);
     pair.computeDistances();
-    const fcl::DistanceRequest<double> request;
-    fcl::DistanceResult<double> result;
+    const fcl::DistanceRequestd request;
+    fcl::DistanceResultd result;
     NearestPair nearest(pair.first, pair.second, {request, result});
     NearestSearch(pair.first, pair.second, nearest).run();
     const double extent = double(hose.vertices.back().norm() + size + tf.translation().norm());
@@ -541,15 +540,15 @@ TEST_F(NearestBounds, AreOfNoUseOutOfTheRangeOfSinglePrecision) {
   const std::vector<double> exponents = {-60, -25, -12, 0, 12, 25, 60};
   for (const double size : exponents)
     for (const double apart : exponents) {
-      TriangleMesh<double> other = this->body(1);
-      for (Vector3<double>& p : other.vertices) p *= double(std::pow(10., size));
-      fcl::Transform3<double> tf = fcl::Transform3<double>::Identity();
+      TriangleMesh other = this->body(1);
+      for (fcl::Vector3d& p : other.vertices) p *= double(std::pow(10., size));
+      fcl::Transform3d tf = fcl::Transform3d::Identity();
       tf.translation()[0] = double(std::pow(10., apart));
       tf.linear() = this->random_.rotation();
-      JudgedPair pair(this->body(1), fcl::Transform3<double>::Identity(), other, tf);
+      JudgedPair pair(this->body(1), fcl::Transform3d::Identity(), other, tf);
       pair.computeDistances();
-      const fcl::DistanceRequest<double> request;
-      fcl::DistanceResult<double> result;
+      const fcl::DistanceRequestd request;
+      fcl::DistanceResultd result;
       NearestPair nearest(pair.first, pair.second, {request, result});
       NearestSearch(pair.first, pair.second, nearest).run();
       const double error =

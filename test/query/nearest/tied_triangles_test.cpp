@@ -93,7 +93,7 @@ class TiedTrianglesTest : public testing::Test {
     return leaves;
   }
 
-  RandomGeometry<double> random_{29};
+  RandomGeometry random_{29};
 };
 
 /// What is reported is at least the limit apart, up to the error, along any direction of any

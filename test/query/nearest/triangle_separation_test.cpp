@@ -22,13 +22,12 @@ const double kRoot = std::sqrt(std::numeric_limits<double>::denorm_min());
 
 class Triangles : public testing::Test {
  protected:
-  using S = double;
   using P = fcl::Vector3d;
   using Corners = std::array<P, 3>;
 
   struct Pair {
     Corners a, b;
-    fcl::Transform3<S> tf1, tf2;
+    fcl::Transform3d tf1, tf2;
 
     RelativePlacement toFirst() const { return {tf1, tf2}; }
     TriangleSeparation separation() const { return {a.data(), b.data(), toFirst()}; }
@@ -56,14 +55,14 @@ class Triangles : public testing::Test {
   /// poses of any size.
   Pair pair() {
     Pair p;
-    const S size = random_.size(-6, 6), size_b = random_.oneIn(2) ? size : random_.size(-6, 6);
+    const double size = random_.size(-6, 6), size_b = random_.oneIn(2) ? size : random_.size(-6, 6);
     const auto corner = [&]() -> P {
-      const S offset = random_.oneIn(2) ? S(0) : size * random_.size(-1, 3);
+      const double offset = random_.oneIn(2) ? 0. : size * random_.size(-1, 3);
       return random_.point() * offset;
     };
     p.a = random_.triangleAt(corner(), size);
     p.b = random_.triangleAt(corner(), size_b);
-    p.tf1 = random_.pose(random_.oneIn(2) ? S(0) : size);
+    p.tf1 = random_.pose(random_.oneIn(2) ? 0. : size);
     p.tf2.linear() = random_.rotation();
     const P away = random_.vectorOfSize((size + size_b) * random_.size(-5, 1));
     p.tf2.translation() = p.tf1 * P(p.a[0] + away) - p.tf2.linear() * p.b[0];
@@ -71,7 +70,7 @@ class Triangles : public testing::Test {
     return p;
   }
 
-  RandomGeometry<S> random_{13};
+  RandomGeometry random_{13};
 };
 
 /// Along the line between any two points, the separation is a lower bound of the distance up to the
@@ -102,7 +101,7 @@ TEST_F(Triangles, AlongTheNearestPointsItIsTheDistance) {
     for (auto* corners : {&p.a, &p.b})
       *corners = {random_.point(), random_.point(), random_.point()};
     p.tf1 = p.tf2 = random_.pose(10);
-    p.tf2.translation() += random_.direction() * S(4.5);  // 1 to 8 apart
+    p.tf2.translation() += random_.direction() * 4.5;  // 1 to 8 apart
     auto separation = p.separation();
     const TriangleGap gap = separation.gap(kOnly, kOnly);
     const auto distance = double(exact::distance(p.first(), p.second()));
@@ -120,7 +119,7 @@ TEST_F(Triangles, NearTheLinesPointsNoDigitIsLost) {
     auto p = pair();
     p.tf1.setIdentity();
     p.tf2.setIdentity();
-    const Vector3<S> far = random_.point() * S(1e4);
+    const fcl::Vector3d far = random_.point() * 1e4;
     for (auto* corners : {&p.a, &p.b})
       for (auto& x : *corners) x = far + random_.point();
     auto separation = p.separation();

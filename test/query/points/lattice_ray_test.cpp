@@ -64,15 +64,14 @@ struct LatticeRay {
 };
 
 /// A mesh of corners with integer coordinates; `unit` is the length of 1.
-template <typename S>
 struct LatticeMesh {
   std::vector<IntegerPoint> vertices;
   std::vector<std::array<int, 3>> triangles;
 
-  TriangleMesh<S> mesh(S unit) const {
-    TriangleMesh<S> mesh;
+  TriangleMesh mesh(double unit) const {
+    TriangleMesh mesh;
     for (const IntegerPoint& p : vertices)
-      mesh.vertices.emplace_back(S(p[0]) * unit, S(p[1]) * unit, S(p[2]) * unit);
+      mesh.vertices.emplace_back(double(p[0]) * unit, double(p[1]) * unit, double(p[2]) * unit);
     for (const auto& t : triangles)
       mesh.triangles.emplace_back(std::size_t(t[0]), std::size_t(t[1]), std::size_t(t[2]));
     return mesh;
@@ -83,10 +82,9 @@ struct LatticeMesh {
   }
 };
 
-template <typename S>
 class LatticeRays : public testing::Test {
  protected:
-  using Model = adaptive_bvh::DeformableMesh<S>;
+  using Model = adaptive_bvh::DeformableMesh;
 
   Integer below(int count) { return random_.below(count); }
   IntegerPoint point(int low, int high) {
@@ -106,8 +104,8 @@ class LatticeRays : public testing::Test {
   }
 
   /// A flat piece, a box, or triangles anywhere; on an even lattice, so that rays start between.
-  LatticeMesh<S> anyMesh() {
-    LatticeMesh<S> mesh;
+  LatticeMesh anyMesh() {
+    LatticeMesh mesh;
     const int orientation = random_.below(48);
     switch (random_.below(3)) {
       case 0: {
@@ -157,30 +155,29 @@ class LatticeRays : public testing::Test {
     for (std::size_t k = 0; k < 3; ++k)
       if (ray.main[k] == 0 && random_.oneIn(4)) ray.tiny[k] = random_.oneIn(2) ? 1 : -1;
     if (random_.oneIn(8)) {  // from far away, back along the direction
-      const Integer far = Integer(1) << random_.below(std::is_same<S, float>::value ? 12 : 44);
+      const Integer far = Integer(1) << random_.below(44);
       for (std::size_t k = 0; k < 3; ++k) ray.origin[k] -= far * ray.main[k];
     }
     return ray;
   }
 
-  void check(const LatticeMesh<S>& mesh, const Model& model, const LatticeRay& ray, S unit) {
+  void check(const LatticeMesh& mesh, const Model& model, const LatticeRay& ray, double unit) {
     // A length of the direction, and what is infinitesimal beside it, down to the least number.
-    const int shift =
-        std::is_same<S, float>::value ? random_.below(260) - 149 : random_.below(2000) - 1074;
+    const int shift = random_.below(2000) - 1074;
     const bool has_tiny = ray.tiny != IntegerPoint{};
-    const S length = has_tiny ? S(1) : std::ldexp(S(1), shift);
-    const S tiny = random_.oneIn(2) ? std::numeric_limits<S>::denorm_min()
-                                    : std::ldexp(S(1), std::is_same<S, float>::value ? -120 : -900);
-    Vector3<S> origin, direction;
+    const double length = has_tiny ? 1. : std::ldexp(1., shift);
+    const double tiny =
+        random_.oneIn(2) ? std::numeric_limits<double>::denorm_min() : std::ldexp(1., -900);
+    fcl::Vector3d origin, direction;
     for (std::size_t k = 0; k < 3; ++k) {
-      origin[long(k)] = S(ray.origin[k]) * unit;
-      const S zero = random_.oneIn(2) ? S(0) : -S(0);
-      direction[long(k)] = ray.main[k] != 0   ? S(ray.main[k]) * length
-                           : ray.tiny[k] != 0 ? S(ray.tiny[k]) * tiny
+      origin[long(k)] = double(ray.origin[k]) * unit;
+      const double zero = random_.oneIn(2) ? 0. : -0.;
+      direction[long(k)] = ray.main[k] != 0   ? double(ray.main[k]) * length
+                           : ray.tiny[k] != 0 ? double(ray.tiny[k]) * tiny
                                               : zero;
     }
-    constexpr double kTolerance = sizeof(S) == sizeof(float) ? 1e-6 : 1e-12;
-    std::vector<RayHit<S>> hits;
+    constexpr double kTolerance = sizeof(double) == sizeof(float) ? 1e-6 : 1e-12;
+    std::vector<RayHit> hits;
     rayHits(model, origin, direction, hits);
     std::vector<int> expected, found;
     for (int t = 0; t < numTriangles(model); ++t) {
@@ -188,11 +185,11 @@ class LatticeRays : public testing::Test {
       if (!ray.meets(mesh.corners(t), numerator, denominator)) continue;
       const auto exact = static_cast<long double>(numerator) /
                          static_cast<long double>(denominator) * unit / length;
-      if (numerator != 0 && !(exact < static_cast<long double>(std::numeric_limits<S>::max())))
+      if (numerator != 0 && !(exact < static_cast<long double>(std::numeric_limits<double>::max())))
         continue;  // at a t that S cannot hold
       expected.push_back(t);
-      const auto hit = std::find_if(hits.begin(), hits.end(),
-                                    [&](const RayHit<S>& h) { return h.triangle == t; });
+      const auto hit =
+          std::find_if(hits.begin(), hits.end(), [&](const RayHit& h) { return h.triangle == t; });
       ASSERT_NE(hits.end(), hit);
       if (numerator == 0) {
         ASSERT_EQ(0, hit->t);
@@ -200,7 +197,7 @@ class LatticeRays : public testing::Test {
         ASSERT_NEAR(1, double(hit->t / exact), kTolerance);
       }
     }
-    for (const RayHit<S>& hit : hits) {
+    for (const RayHit& hit : hits) {
       ASSERT_FALSE(std::signbit(hit.t));
       found.push_back(hit.triangle);
     }
@@ -215,31 +212,31 @@ class LatticeRays : public testing::Test {
   }
 
   /// Ends at hits, next to them, between, or anywhere.
-  RayRange<S> anyRange(const std::vector<RayHit<S>>& hits) {
-    constexpr S kNever = std::numeric_limits<S>::infinity();
-    const auto end = [&](S otherwise) -> S {
+  RayRange anyRange(const std::vector<RayHit>& hits) {
+    constexpr double kNever = std::numeric_limits<double>::infinity();
+    const auto end = [&](double otherwise) -> double {
       if (hits.empty() || random_.oneIn(4)) return otherwise;
-      const S t = hits[std::size_t(random_.below(int(hits.size())))].t;
+      const double t = hits[std::size_t(random_.below(int(hits.size())))].t;
       switch (random_.below(4)) {
         case 0: return std::nextafter(t, kNever);
-        case 1: return std::max(std::nextafter(t, -kNever), S(0));
-        case 2: return t < std::numeric_limits<S>::max() / 4 ? t * S(1.25) : t;
+        case 1: return std::max(std::nextafter(t, -kNever), 0.);
+        case 2: return t < std::numeric_limits<double>::max() / 4 ? t * 1.25 : t;
         default: return t;
       }
     };
-    const S a = end(0), b = end(random_.oneIn(2) ? kNever : S(0));
+    const double a = end(0), b = end(random_.oneIn(2) ? kNever : 0.);
     return {std::min(a, b), std::max(a, b)};
   }
 
   /// Every query agrees with what rayHits finds on the whole ray.
-  void checkRange(const Model& model, const Vector3<S>& origin, const Vector3<S>& direction,
-                  const std::vector<RayHit<S>>& all, const RayRange<S>& range) {
-    std::vector<RayHit<S>> expected, found;
-    for (const RayHit<S>& hit : all)
+  void checkRange(const Model& model, const fcl::Vector3d& origin, const fcl::Vector3d& direction,
+                  const std::vector<RayHit>& all, const RayRange& range) {
+    std::vector<RayHit> expected, found;
+    for (const RayHit& hit : all)
       if (range.begin <= hit.t && hit.t <= range.end) expected.push_back(hit);
     ASSERT_EQ(expected.size(), rayHits(model, origin, direction, range, found));
     for (std::size_t i = 0; i < found.size(); ++i) expectSame(expected[i], found[i]);
-    const RayHit<S> first = firstHit(model, origin, direction, range);
+    const RayHit first = firstHit(model, origin, direction, range);
     if (expected.empty()) {
       EXPECT_EQ(-1, first.triangle);
       EXPECT_TRUE(std::isinf(first.t));
@@ -249,7 +246,7 @@ class LatticeRays : public testing::Test {
     ASSERT_EQ(!expected.empty(), anyHit(model, origin, direction, range));
     ranges_ += 1;
   }
-  static void expectSame(const RayHit<S>& a, const RayHit<S>& b) {
+  static void expectSame(const RayHit& a, const RayHit& b) {
     EXPECT_EQ(a.t, b.t);
     EXPECT_EQ(a.triangle, b.triangle);
     EXPECT_EQ(a.u, b.u);
@@ -257,9 +254,9 @@ class LatticeRays : public testing::Test {
   }
 
   /// All rays of a mesh at once.
-  void checkBatch(Model model, const RayRange<S>& range) {
-    model.setQueryThreads(1 + random_.below(3));
-    std::vector<RayHit<S>> firsts;
+  void checkBatch(Model model, const RayRange& range) {
+    model.setThreads(1 + random_.below(3));
+    std::vector<RayHit> firsts;
     std::vector<std::uint8_t> any;
     firstHits(model, origins_.data(), directions_.data(), origins_.size(), range, firsts);
     anyHits(model, origins_.data(), directions_.data(), origins_.size(), range, any);
@@ -271,22 +268,19 @@ class LatticeRays : public testing::Test {
     }
   }
 
-  RandomGeometry<S> random_{2718};
-  std::vector<Vector3<S>> origins_, directions_;
+  RandomGeometry random_{2718};
+  std::vector<fcl::Vector3d> origins_, directions_;
   long hits_ = 0, rays_ = 0, ranges_ = 0;
 };
 
-TYPED_TEST_SUITE(LatticeRays, QueryScalars);
-
-TYPED_TEST(LatticeRays, MeetWhatIntegersSay) {
-  using S = TypeParam;
+TEST_F(LatticeRays, MeetWhatIntegersSay) {
   for (int round = 0; round < manySteps(1000) && !testing::Test::HasFailure(); ++round) {
-    const LatticeMesh<S> mesh = this->anyMesh();
-    const typename TestFixture::Model model(mesh.mesh(1));
+    const LatticeMesh mesh = this->anyMesh();
+    const Model model(mesh.mesh(1));
     for (int i = 0; i < 50 && !testing::Test::HasFailure(); ++i)
       this->check(mesh, model, this->anyRay(), 1);
     this->checkBatch(model, {});
-    this->checkBatch(model, {S(0.5), S(4)});
+    this->checkBatch(model, {0.5, 4.});
     this->origins_.clear();
     this->directions_.clear();
   }
@@ -296,7 +290,7 @@ TYPED_TEST(LatticeRays, MeetWhatIntegersSay) {
 
 /// At angles from 0.1 down to 1e-12, where the ray's depth is a quotient of small numbers.
 TEST(GrazingRays, HaveTheRightT) {
-  RandomGeometry<double> random(15);
+  RandomGeometry random(15);
   int hits = 0;
   double worst = 0;
   for (int step = 0; step < manySteps(3000); ++step) {
@@ -305,8 +299,8 @@ TEST(GrazingRays, HaveTheRightT) {
                         along = (b - a).normalized() + random.uniform() * (c - a).normalized(),
                         direction = along.normalized() + random.size(-12, -1) * normal,
                         origin = target - random.size(-1, 1) * direction;
-    const adaptive_bvh::DeformableMesh<double> mesh({a, b, c}, {{0, 1, 2}});
-    const RayHit<double> hit = adaptive_bvh::firstHit(mesh, origin, direction);
+    const adaptive_bvh::DeformableMesh mesh({a, b, c}, {{0, 1, 2}});
+    const RayHit hit = adaptive_bvh::firstHit(mesh, origin, direction);
     if (hit.triangle < 0) continue;
     ++hits;
     const quad::Point exact = quad::cross(quad::of(b) - quad::of(a), quad::of(c) - quad::of(a));

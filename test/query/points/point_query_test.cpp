@@ -15,24 +15,23 @@ using adaptive_bvh::RayHit;
 using adaptive_bvh::RayRange;
 using exact::Real;
 
-template <typename S>
 class PointQuery : public testing::Test {
  protected:
-  using Model = DeformableMesh<S>;
+  using Model = DeformableMesh;
 
   /// Of any size and place, and deformed.
-  Model makeModel(S size, const Vector3<S>& place) {
+  Model makeModel(double size, const fcl::Vector3d& place) {
     const int side = 2 + random_.below(7);
-    TriangleMesh<S> mesh;
+    TriangleMesh mesh;
     switch (random_.below(4)) {
-      case 0: mesh = plate<S>(side, side); break;
-      case 1: mesh = tube<S>(std::max(3, side), side); break;
-      case 2: mesh = dome<S>(std::max(3, side), side); break;
-      default: mesh = soup<S>(2 + 6 * side, random_.engine());
+      case 0: mesh = plate(side, side); break;
+      case 1: mesh = tube(std::max(3, side), side); break;
+      case 2: mesh = dome(std::max(3, side), side); break;
+      default: mesh = soup(2 + 6 * side, random_.engine());
     }
-    for (Vector3<S>& p : mesh.vertices) p = size * p + place;
+    for (fcl::Vector3d& p : mesh.vertices) p = size * p + place;
     Model model(mesh);
-    for (Vector3<S>& p : mesh.vertices) p += size * S(0.1) * random_.point();
+    for (fcl::Vector3d& p : mesh.vertices) p += size * 0.1 * random_.point();
     model.update(mesh.vertices);
     return model;
   }
@@ -42,23 +41,20 @@ class PointQuery : public testing::Test {
             exact::of(model.vertices()[v[2]])};
   }
 
-  RandomGeometry<S> random_{314};
+  RandomGeometry random_{314};
 };
 
-TYPED_TEST_SUITE(PointQuery, QueryScalars);
-
-TYPED_TEST(PointQuery, TheClosestPointIsThatOfAllTriangles) {
-  using S = TypeParam;
+TEST_F(PointQuery, TheClosestPointIsThatOfAllTriangles) {
   for (int body = 0; body < 120; ++body) {
-    const S size = this->random_.size(-2, 2);
-    const Vector3<S> place = this->random_.point() * this->random_.size(-2, 3);
-    const typename TestFixture::Model model = this->makeModel(size, place);
-    std::vector<Vector3<S>> points;
+    const double size = this->random_.size(-2, 2);
+    const fcl::Vector3d place = this->random_.point() * this->random_.size(-2, 3);
+    const Model model = this->makeModel(size, place);
+    std::vector<fcl::Vector3d> points;
     for (int i = 0; i < 20; ++i)
       points.push_back(place + this->random_.point() * size * this->random_.size(-2, 2));
     points.push_back(model.vertices()[0]);
-    points.push_back(place + Vector3<S>::Constant(S(1e9) * size));
-    std::vector<ClosestPoint<S>> results;
+    points.push_back(place + fcl::Vector3d::Constant(1e9 * size));
+    std::vector<ClosestPoint> results;
     closestPoints(model, points, results);
     ASSERT_EQ(points.size(), results.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -69,12 +65,12 @@ TYPED_TEST(PointQuery, TheClosestPointIsThatOfAllTriangles) {
         farthest = std::max(farthest, (this->triangle(model, t)[0] - x).norm());
       }
       const Real coordinates = std::max<Real>(x.norm(), farthest);
-      const Real tolerance = farthest * 1e-13L + least * std::numeric_limits<S>::epsilon();
+      const Real tolerance = farthest * 1e-13L + least * std::numeric_limits<double>::epsilon();
       EXPECT_NEAR(double(least), double(results[i].distance), double(tolerance));
       const exact::Point found = exact::of(results[i].point);
       EXPECT_LE(exact::distance(this->triangle(model, results[i].triangle), found),
-                4 * std::numeric_limits<S>::epsilon() * coordinates);
-      const ClosestPoint<S> one = closestPoint(model, points[i]);
+                4 * std::numeric_limits<double>::epsilon() * coordinates);
+      const ClosestPoint one = closestPoint(model, points[i]);
       EXPECT_NEAR(double(least), double(one.distance), double(tolerance));
     }
   }
@@ -96,22 +92,22 @@ ExactHit meet(const exact::Triangle& p, const exact::Point& origin, const exact:
   return {t, std::min(std::min(b, c), 1 - b - c)};
 }
 
-TYPED_TEST(PointQuery, RaysMeetWhatTheyMeetInAllTriangles) {
-  using S = TypeParam;
+TEST_F(PointQuery, RaysMeetWhatTheyMeetInAllTriangles) {
   long hits = 0;
   for (int body = 0; body < 150; ++body) {
-    const S size = this->random_.size(-2, 2);
-    const Vector3<S> place = this->random_.point() * size;
-    const typename TestFixture::Model model = this->makeModel(size, place);
-    std::vector<Vector3<S>> origins, directions;
+    const double size = this->random_.size(-2, 2);
+    const fcl::Vector3d place = this->random_.point() * size;
+    const Model model = this->makeModel(size, place);
+    std::vector<fcl::Vector3d> origins, directions;
     for (int i = 0; i < 30; ++i) {
       origins.push_back(place + this->random_.direction() * size * this->random_.size(-1, 2));
-      const Vector3<S> target = place + this->random_.point() * size;
-      directions.push_back(this->random_.oneIn(8)
-                               ? Vector3<S>(Vector3<S>::Unit(this->random_.below(3)))
-                               : Vector3<S>((target - origins.back()) * this->random_.size(-3, 3)));
+      const fcl::Vector3d target = place + this->random_.point() * size;
+      directions.push_back(
+          this->random_.oneIn(8)
+              ? fcl::Vector3d(fcl::Vector3d::Unit(this->random_.below(3)))
+              : fcl::Vector3d((target - origins.back()) * this->random_.size(-3, 3)));
     }
-    std::vector<RayHit<S>> first, all;
+    std::vector<RayHit> first, all;
     firstHits(model, origins.data(), directions.data(), origins.size(), first);
     ASSERT_EQ(origins.size(), first.size());
     for (std::size_t i = 0; i < origins.size(); ++i) {
@@ -136,7 +132,7 @@ TYPED_TEST(PointQuery, RaysMeetWhatTheyMeetInAllTriangles) {
         const bool is_hit = hit.margin > 0 && hit.t > 0;
         EXPECT_EQ(is_hit, found[std::size_t(t)] > 0) << double(hit.margin) << " " << double(hit.t);
       }
-      for (const RayHit<S>& hit : all) {
+      for (const RayHit& hit : all) {
         const exact::Triangle p = this->triangle(model, hit.triangle);
         const exact::Point on_ray = origin + Real(hit.t) * along;
         const exact::Point on_triangle =
@@ -145,7 +141,7 @@ TYPED_TEST(PointQuery, RaysMeetWhatTheyMeetInAllTriangles) {
             std::abs((p[1] - p[0]).cross(p[2] - p[0]).normalized().dot(along)) / along.norm();
         if (steep > 1e-3L) {
           EXPECT_LE((on_ray - on_triangle).norm(),
-                    (origin.norm() + size) * 100 * std::numeric_limits<S>::epsilon() / steep);
+                    (origin.norm() + size) * 100 * std::numeric_limits<double>::epsilon() / steep);
         }
       }
     }
@@ -153,52 +149,49 @@ TYPED_TEST(PointQuery, RaysMeetWhatTheyMeetInAllTriangles) {
   EXPECT_GT(hits, 500);
 }
 
-TYPED_TEST(PointQuery, NoRayLeavesAClosedSurfaceUnseen) {
-  using S = TypeParam;
+TEST_F(PointQuery, NoRayLeavesAClosedSurfaceUnseen) {
   // A cube of 12 triangles around the origin, seen from inside: through corners, sides, faces.
-  TriangleMesh<S> box;
+  TriangleMesh box;
   for (int i = 0; i < 8; ++i)
-    box.vertices.emplace_back(i & 1 ? S(0.7) : S(-0.3), i & 2 ? S(0.6) : S(-0.9),
-                              i & 4 ? S(0.1) : S(-1.1));
+    box.vertices.emplace_back(i & 1 ? 0.7 : -0.3, i & 2 ? 0.6 : -0.9, i & 4 ? 0.1 : -1.1);
   const int faces[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
                             {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
   for (const auto& f : faces)
     box.triangles.emplace_back(std::size_t(f[0]), std::size_t(f[1]), std::size_t(f[2]));
-  const typename TestFixture::Model model(box);
-  std::vector<RayHit<S>> all;
+  const Model model(box);
+  std::vector<RayHit> all;
   for (int i = 0; i < 20000; ++i) {
-    const Vector3<S> origin = this->random_.point() * S(0.05);
+    const fcl::Vector3d origin = this->random_.point() * 0.05;
     const auto& a = box.vertices[std::size_t(this->random_.below(8))];
     const auto& b = box.vertices[std::size_t(this->random_.below(8))];
-    const Vector3<S> target =
-        this->random_.oneIn(3) ? a : Vector3<S>(a + this->random_.uniform(0, 1) * (b - a));
-    if ((target - origin).isZero(S(1e-3))) continue;
-    const RayHit<S> hit = firstHit(model, origin, Vector3<S>(target - origin));
+    const fcl::Vector3d target =
+        this->random_.oneIn(3) ? a : fcl::Vector3d(a + this->random_.uniform(0, 1) * (b - a));
+    if ((target - origin).isZero(1e-3)) continue;
+    const RayHit hit = firstHit(model, origin, fcl::Vector3d(target - origin));
     ASSERT_GE(hit.triangle, 0);
-    EXPECT_EQ(hit.t, (rayHits(model, origin, Vector3<S>(target - origin), all), all[0].t));
-    EXPECT_TRUE(anyHit(model, origin, Vector3<S>(target - origin)));
+    EXPECT_EQ(hit.t, (rayHits(model, origin, fcl::Vector3d(target - origin), all), all[0].t));
+    EXPECT_TRUE(anyHit(model, origin, fcl::Vector3d(target - origin)));
   }
 }
 
-TYPED_TEST(PointQuery, ManyRaysAreAnsweredAsOneByOneOnAnyThreads) {
-  using S = TypeParam;
-  typename TestFixture::Model model = this->makeModel(1, Vector3<S>::Zero());
-  std::vector<Vector3<S>> origins, directions;
+TEST_F(PointQuery, ManyRaysAreAnsweredAsOneByOneOnAnyThreads) {
+  Model model = this->makeModel(1, fcl::Vector3d::Zero());
+  std::vector<fcl::Vector3d> origins, directions;
   for (int i = 0; i < 3000; ++i) {
-    origins.push_back(this->random_.point() * S(2));
+    origins.push_back(this->random_.point() * 2.);
     directions.push_back(i % 5 == 4 ? directions.back() : this->random_.direction());
   }
-  for (const RayRange<S> range : {RayRange<S>(), RayRange<S>{S(0.25), 1}, RayRange<S>{1, 1}})
+  for (const RayRange range : {RayRange(), RayRange{0.25, 1}, RayRange{1, 1}})
     for (const int threads : {1, 2, 3}) {
-      model.setQueryThreads(threads);
-      std::vector<RayHit<S>> first;
+      model.setThreads(threads);
+      std::vector<RayHit> first;
       std::vector<std::uint8_t> any;
       firstHits(model, origins.data(), directions.data(), origins.size(), range, first);
       anyHits(model, origins.data(), directions.data(), origins.size(), range, any);
       ASSERT_EQ(origins.size(), first.size());
       ASSERT_EQ(origins.size(), any.size());
       for (std::size_t i = 0; i < origins.size(); ++i) {
-        const RayHit<S> one = firstHit(model, origins[i], directions[i], range);
+        const RayHit one = firstHit(model, origins[i], directions[i], range);
         EXPECT_EQ(one.triangle, first[i].triangle);
         EXPECT_EQ(one.t, first[i].t);
         EXPECT_EQ(one.triangle >= 0, any[i] == 1);
@@ -207,15 +200,14 @@ TYPED_TEST(PointQuery, ManyRaysAreAnsweredAsOneByOneOnAnyThreads) {
     }
 }
 
-TYPED_TEST(PointQuery, RefusesRangesOfRaysThatAreNone) {
-  using S = TypeParam;
-  constexpr S kNan = std::numeric_limits<S>::quiet_NaN();
-  const typename TestFixture::Model model = this->makeModel(1, Vector3<S>::Zero());
-  const Vector3<S> origin(0, 0, 0), direction(0, 0, 1);
-  std::vector<RayHit<S>> hits(3);
+TEST_F(PointQuery, RefusesRangesOfRaysThatAreNone) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const Model model = this->makeModel(1, fcl::Vector3d::Zero());
+  const fcl::Vector3d origin(0, 0, 0), direction(0, 0, 1);
+  std::vector<RayHit> hits(3);
   std::vector<std::uint8_t> any(3, 7);
-  for (const RayRange<S> bad : {RayRange<S>{kNan, 1}, RayRange<S>{0, kNan}, RayRange<S>{-1, 1},
-                                RayRange<S>{2, 1}, RayRange<S>{0, -1}}) {
+  for (const RayRange bad :
+       {RayRange{kNan, 1}, RayRange{0, kNan}, RayRange{-1, 1}, RayRange{2, 1}, RayRange{0, -1}}) {
     EXPECT_THROW(firstHit(model, origin, direction, bad), std::invalid_argument);
     EXPECT_THROW(anyHit(model, origin, direction, bad), std::invalid_argument);
     EXPECT_THROW(rayHits(model, origin, direction, bad, hits), std::invalid_argument);
@@ -224,7 +216,7 @@ TYPED_TEST(PointQuery, RefusesRangesOfRaysThatAreNone) {
     EXPECT_EQ(3u, hits.size());
     EXPECT_EQ(std::vector<std::uint8_t>(3, 7), any);
   }
-  const S never = std::numeric_limits<S>::infinity();
+  const double never = std::numeric_limits<double>::infinity();
   EXPECT_FALSE(anyHit(model, origin, direction, {never, never}));
 }
 

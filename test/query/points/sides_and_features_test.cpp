@@ -22,10 +22,9 @@ using adaptive_bvh::OpenEdge;
 using adaptive_bvh::SurfaceFeature;
 using exact::Real;
 
-template <typename S>
 class SurfaceQuery : public testing::Test {
  protected:
-  using Model = DeformableMesh<S>;
+  using Model = DeformableMesh;
 
   static exact::Triangle triangle(const Model& model, int t) {
     const fcl::Triangle& v = model.triangles()[std::size_t(t)];
@@ -45,17 +44,18 @@ class SurfaceQuery : public testing::Test {
     return size;
   }
   /// Around a body, on and near its surface and its lattice.
-  std::vector<Vector3<S>> pointsAround(const Model& model, S scale, int count) {
-    std::vector<Vector3<S>> points;
+  std::vector<fcl::Vector3d> pointsAround(const Model& model, double scale, int count) {
+    std::vector<fcl::Vector3d> points;
     for (int i = 0; i < count; ++i) {
-      Vector3<S> p = scale * random_.size(-2, 0.5) * random_.direction();
+      fcl::Vector3d p = scale * random_.size(-2, 0.5) * random_.direction();
       if (random_.oneIn(3)) {
         const auto& corners = model.triangles()[std::size_t(random_.below(numTriangles(model)))];
         p = model.vertices()[corners[random_.below(3)]] +
-            Vector3<S>(scale * random_.size(-6, -1) * random_.direction());
+            fcl::Vector3d(scale * random_.size(-6, -1) * random_.direction());
       } else if (random_.oneIn(4)) {
         p = scale *
-            Vector3<S>(S(random_.below(9) - 3), S(random_.below(9) - 3), S(random_.below(9) - 3)) /
+            fcl::Vector3d(double(random_.below(9) - 3), double(random_.below(9) - 3),
+                          double(random_.below(9) - 3)) /
             2;
       }
       points.push_back(p);
@@ -63,23 +63,20 @@ class SurfaceQuery : public testing::Test {
     return points;
   }
 
-  RandomGeometry<S> random_{47};
+  RandomGeometry random_{47};
 };
 
-TYPED_TEST_SUITE(SurfaceQuery, QueryScalars);
-
-TYPED_TEST(SurfaceQuery, SignedDistancesAreThoseOfAllTrianglesAndSolidAngles) {
-  using S = TypeParam;
+TEST_F(SurfaceQuery, SignedDistancesAreThoseOfAllTrianglesAndSolidAngles) {
   long judged = 0, inside = 0;
   for (int body = 0; body < manySteps(40); ++body) {
-    const S scale = this->random_.size(-6, 6);
-    TriangleMesh<S> mesh = closedBody(this->random_);
-    for (Vector3<S>& p : mesh.vertices) p *= scale;
-    typename TestFixture::Model model(mesh);
-    for (Vector3<S>& p : mesh.vertices) p += S(0.02) * scale * this->random_.point();
+    const double scale = this->random_.size(-6, 6);
+    TriangleMesh mesh = closedBody(this->random_);
+    for (fcl::Vector3d& p : mesh.vertices) p *= scale;
+    Model model(mesh);
+    for (fcl::Vector3d& p : mesh.vertices) p += 0.02 * scale * this->random_.point();
     model.update(mesh.vertices);
     const auto points = this->pointsAround(model, scale, 60);
-    std::vector<S> result;
+    std::vector<double> result;
     signedDistances(model, points, result);
     ASSERT_EQ(points.size(), result.size());
     const Real rounding = this->sizeOf(model) * Real(4e-14);
@@ -87,7 +84,7 @@ TYPED_TEST(SurfaceQuery, SignedDistancesAreThoseOfAllTrianglesAndSolidAngles) {
       const exact::Point x = exact::of(points[i]);
       const Real d = this->distance(model, x);
       EXPECT_NEAR(double(d), double(std::abs(result[i])),
-                  double(rounding + d * 2 * std::numeric_limits<S>::epsilon()));
+                  double(rounding + d * 2 * std::numeric_limits<double>::epsilon()));
       if (d <= rounding) continue;
       EXPECT_EQ(std::lround(windingNumberOf(model, x)) != 0, result[i] < 0) << double(d);
       ++judged;
@@ -99,28 +96,27 @@ TYPED_TEST(SurfaceQuery, SignedDistancesAreThoseOfAllTrianglesAndSolidAngles) {
   std::printf("%ld signs judged, %ld inside\n", judged, inside);
 }
 
-TYPED_TEST(SurfaceQuery, FeaturesHaveTheNearestPoint) {
-  using S = TypeParam;
+TEST_F(SurfaceQuery, FeaturesHaveTheNearestPoint) {
   std::map<SurfaceFeature, int> kinds;
   for (int body = 0; body < manySteps(30); ++body) {
-    TriangleMesh<S> mesh = closedBody(this->random_);
-    const typename TestFixture::Model model(mesh);
+    TriangleMesh mesh = closedBody(this->random_);
+    const Model model(mesh);
     const auto points = this->pointsAround(model, 1, 60);
-    const S limit =
-        this->random_.oneIn(2) ? std::numeric_limits<S>::infinity() : this->random_.size(-3, 0);
-    std::vector<ClosestFeature<S>> result;
+    const double limit = this->random_.oneIn(2) ? std::numeric_limits<double>::infinity()
+                                                : this->random_.size(-3, 0);
+    std::vector<ClosestFeature> result;
     closestFeatures(model, points, limit, result);
-    const Real size = this->sizeOf(model) + 4, epsilon = std::numeric_limits<S>::epsilon(),
+    const Real size = this->sizeOf(model) + 4, epsilon = std::numeric_limits<double>::epsilon(),
                rounding = size * Real(4e-14);
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const ClosestFeature<S>& found = result[i];
+      const ClosestFeature& found = result[i];
       const exact::Point x = exact::of(points[i]);
       const Real d = this->distance(model, x);
       if (std::abs(d - limit) > rounding) {
         ASSERT_EQ(d < limit, found.triangle >= 0);
       }
       if (found.triangle < 0) {
-        EXPECT_EQ(std::numeric_limits<S>::infinity(), found.distance);
+        EXPECT_EQ(std::numeric_limits<double>::infinity(), found.distance);
         continue;
       }
       EXPECT_NEAR(double(d), double(found.distance), double(rounding + 2 * epsilon * d));
@@ -159,20 +155,19 @@ TYPED_TEST(SurfaceQuery, FeaturesHaveTheNearestPoint) {
 
 /// The sign of a pseudo-normal is that of the distance, whatever the feature is (Baerentzen and
 /// Aanaes 2005): of a surface that does not cross itself.
-TYPED_TEST(SurfaceQuery, NormalsTellTheSign) {
-  using S = TypeParam;
+TEST_F(SurfaceQuery, NormalsTellTheSign) {
   long judged = 0;
   for (int body = 0; body < manySteps(20); ++body) {
-    TriangleMesh<S> mesh = this->random_.oneIn(2) ? latticeBox<S>(3) : gridBall<S>(9, 7);
-    for (Vector3<S>& p : mesh.vertices) p += S(0.05) * this->random_.point();
-    const typename TestFixture::Model model(mesh);
+    TriangleMesh mesh = this->random_.oneIn(2) ? latticeBox(3) : gridBall(9, 7);
+    for (fcl::Vector3d& p : mesh.vertices) p += 0.05 * this->random_.point();
+    const Model model(mesh);
     const auto points = this->pointsAround(model, 1, 100);
-    std::vector<ClosestFeature<S>> found;
-    std::vector<S> distances;
-    closestFeatures(model, points, S(10), found);
+    std::vector<ClosestFeature> found;
+    std::vector<double> distances;
+    closestFeatures(model, points, 10., found);
     signedDistances(model, points, distances);
     for (std::size_t i = 0; i < points.size(); ++i) {
-      if (found[i].distance < S(1e-4)) continue;
+      if (found[i].distance < 1e-4) continue;
       EXPECT_EQ(distances[i] < 0, (points[i] - found[i].point).dot(found[i].normal) < 0);
       ++judged;
     }
@@ -182,21 +177,20 @@ TYPED_TEST(SurfaceQuery, NormalsTellTheSign) {
 
 /// Surfaces with a boundary, of about size 1: sheets, domes, separate triangles, closed bodies that
 /// lack triangles or have some twice, turned over or without area, and strips with one side.
-template <typename S>
-TriangleMesh<S> openSurface(RandomGeometry<S>& random) {
-  TriangleMesh<S> mesh;
+TriangleMesh openSurface(RandomGeometry& random) {
+  TriangleMesh mesh;
   const int kind = random.below(6);
-  if (kind == 0) return plate<S>(5, 4);
-  if (kind == 1) return dome<S>(9, 4);
-  if (kind == 2) return soup<S>(60, random.engine());
+  if (kind == 0) return plate(5, 4);
+  if (kind == 1) return dome(9, 4);
+  if (kind == 2) return soup(60, random.engine());
   if (kind == 3) {  // a Moebius strip: each edge along it is run through in one direction twice
     const int n = 12;
     for (int i = 0; i < n; ++i) {
       const double angle = 2 * M_PI * i / n, turn = angle / 2;
       for (const double side : {-0.3, 0.3}) {
         const double radius = 1 + side * std::cos(turn);
-        mesh.vertices.emplace_back(S(radius * std::cos(angle)), S(radius * std::sin(angle)),
-                                   S(side * std::sin(turn)));
+        mesh.vertices.emplace_back(double(radius * std::cos(angle)),
+                                   double(radius * std::sin(angle)), double(side * std::sin(turn)));
       }
     }
     for (std::size_t i = 0; i < std::size_t(n); ++i) {
@@ -207,7 +201,7 @@ TriangleMesh<S> openSurface(RandomGeometry<S>& random) {
     }
     return mesh;
   }
-  mesh = kind == 4 ? latticeBox<S>(2) : closedBody(random);
+  mesh = kind == 4 ? latticeBox(2) : closedBody(random);
   for (int i = 1 + random.below(9); i > 0; --i) {
     const auto at = std::size_t(random.below(int(mesh.triangles.size())));
     fcl::Triangle t = mesh.triangles[at];
@@ -256,43 +250,44 @@ exact::Real windingNumberNear(double number, const Model& model, const exact::Po
 
 /// Near to and far from the boundary, of all kinds of open surfaces and at all sizes. The sum in
 /// long double says which whole number it is.
-TYPED_TEST(SurfaceQuery, WindingNumbersOfOpenMeshesAreSumsOfSolidAngles) {
-  using S = TypeParam;
+TEST_F(SurfaceQuery, WindingNumbersOfOpenMeshesAreSumsOfSolidAngles) {
   long judged = 0, open = 0, near = 0;
   Real worst = 0;
   for (int body = 0; body < manySteps(80); ++body) {
-    const int exponent = (this->random_.below(7) - 5) * (std::is_same<S, float>::value ? 4 : 30);
-    const S scale = std::pow(S(10), S(exponent));
-    TriangleMesh<S> mesh = openSurface(this->random_);
-    const TriangleMesh<S> before = mesh;
-    for (Vector3<S>& p : mesh.vertices) p *= scale;
-    const typename TestFixture::Model model(mesh), unscaled(before);
+    const int exponent = (this->random_.below(7) - 5) * (30);
+    const double scale = std::pow(10., double(exponent));
+    TriangleMesh mesh = openSurface(this->random_);
+    const TriangleMesh before = mesh;
+    for (fcl::Vector3d& p : mesh.vertices) p *= scale;
+    const Model model(mesh), unscaled(before);
     open += !isWatertight(model);
     auto points = this->pointsAround(unscaled, 1, 25);
     std::vector<OpenEdge> edges;
     isWatertight(model, &edges);
     for (int i = 0; i < 25 && !edges.empty(); ++i) {
       const OpenEdge& edge = edges[std::size_t(this->random_.below(int(edges.size())))];
-      const S t = this->random_.oneIn(4) ? S(0) : this->random_.size(-4, 0);
+      const double t = this->random_.oneIn(4) ? 0. : this->random_.size(-4, 0);
       points.push_back((1 - t) * before.vertices[edge.from] + t * before.vertices[edge.to] +
                        this->random_.size(-15, -1) * this->random_.direction());
     }
-    for (Vector3<S>& p : points) p *= scale;
-    std::vector<S> result;
-    std::vector<ClosestPoint<S>> closest;
+    for (fcl::Vector3d& p : points) p *= scale;
+    std::vector<double> result;
+    std::vector<ClosestPoint> closest;
     windingNumbers(model, points, result);
     closestPoints(model, points, closest);
     for (std::size_t i = 0; i < points.size(); ++i) {
-      if (closest[i].distance <= S(1e-15) * scale) continue;  // on it there is no number
+      if (closest[i].distance <= 1e-15 * scale) continue;  // on it there is no number
       const exact::Point x = exact::of(points[i]);
-      const bool is_near = closest[i].distance < S(1e-6) * scale;
-      const Real rounding = 1e-12L + 4 * std::numeric_limits<S>::epsilon() * std::abs(result[i]);
+      const bool is_near = closest[i].distance < 1e-6 * scale;
+      const Real rounding =
+          1e-12L + 4 * std::numeric_limits<double>::epsilon() * std::abs(result[i]);
       const Real number = windingNumberNear(double(result[i]), model, x);
       EXPECT_LE(std::abs(number - result[i]), rounding) << closest[i].distance / scale;
       if (!is_near) {
         EXPECT_NEAR(double(windingNumberOf(model, x)), double(result[i]), 1e-5);
       }
-      if (std::is_same<S, double>::value) worst = std::max(worst, std::abs(number - result[i]));
+      if (std::is_same<double, double>::value)
+        worst = std::max(worst, std::abs(number - result[i]));
       ++judged;
       near += is_near;
     }
@@ -305,60 +300,58 @@ TYPED_TEST(SurfaceQuery, WindingNumbersOfOpenMeshesAreSumsOfSolidAngles) {
 }
 
 /// 100,000 boundary edges: what is rounded does not add up to more.
-TYPED_TEST(SurfaceQuery, WindingNumbersOfManySeparateTriangles) {
-  using S = TypeParam;
-  const typename TestFixture::Model model(soup<S>(34000, this->random_.engine()));
+TEST_F(SurfaceQuery, WindingNumbersOfManySeparateTriangles) {
+  const Model model(soup(34000, this->random_.engine()));
   const auto points = this->pointsAround(model, 1, 6);
-  std::vector<S> result;
+  std::vector<double> result;
   windingNumbers(model, points, result);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Real number = windingNumberNear(double(result[i]), model, exact::of(points[i]));
     EXPECT_LE(std::abs(number - result[i]),
-              1e-12L + std::numeric_limits<S>::epsilon() * std::abs(result[i]));
+              1e-12L + std::numeric_limits<double>::epsilon() * std::abs(result[i]));
     EXPECT_NEAR(double(windingNumberOf(model, exact::of(points[i]))), double(result[i]), 1e-5);
   }
 }
 
 /// Far away nothing of the mesh is seen, and on a vertex the answer is finite.
-TYPED_TEST(SurfaceQuery, WindingNumbersFarAwayAndOnTheBoundary) {
-  using S = TypeParam;
-  const TriangleMesh<S> mesh = plate<S>(4, 4);
-  const typename TestFixture::Model model(mesh);
-  std::vector<Vector3<S>> points = mesh.vertices;
-  points.push_back(Vector3<S>::Constant(S(1e15)));
-  std::vector<S> numbers;
+TEST_F(SurfaceQuery, WindingNumbersFarAwayAndOnTheBoundary) {
+  const TriangleMesh mesh = plate(4, 4);
+  const Model model(mesh);
+  std::vector<fcl::Vector3d> points = mesh.vertices;
+  points.push_back(fcl::Vector3d::Constant(1e15));
+  std::vector<double> numbers;
   windingNumbers(model, points, numbers);
-  for (const S number : numbers) EXPECT_LE(std::abs(number), S(1));
+  for (const double number : numbers) EXPECT_LE(std::abs(number), 1.);
   EXPECT_EQ(0, numbers.back());
 }
 
 /// Of a closed surface they are whole. On it, on edges and corners, too,
 /// one of both sides is said, and points there have no depth.
-TYPED_TEST(SurfaceQuery, WindingNumbersOfClosedMeshesAreWhole) {
-  using S = TypeParam;
+TEST_F(SurfaceQuery, WindingNumbersOfClosedMeshesAreWhole) {
   long judged = 0, on_surface = 0;
   for (int body = 0; body < manySteps(20); ++body) {
     const int n = 1 + this->random_.below(4), shift = this->random_.below(3);
-    TriangleMesh<S> mesh = latticeBox<S>(n);  // and a second one, which may overlap, or face inward
+    TriangleMesh mesh = latticeBox(n);  // and a second one, which may overlap, or face inward
     const bool turns = this->random_.oneIn(2);
-    addSurface(latticeBox<S>(2), Vector3<S>(S(shift), 0, 0), turns, mesh);
-    const typename TestFixture::Model model(mesh);
-    std::vector<Vector3<S>> points;
+    addSurface(latticeBox(2), fcl::Vector3d(double(shift), 0, 0), turns, mesh);
+    const Model model(mesh);
+    std::vector<fcl::Vector3d> points;
     for (int i = 0; i < 200; ++i) {
-      Vector3<S> p;
-      for (S& c : p) c = S(this->random_.below(4 * n + 8) - 4) / 4;
+      fcl::Vector3d p;
+      for (double& c : p) c = double(this->random_.below(4 * n + 8) - 4) / 4;
       points.push_back(p);
     }
-    std::vector<S> numbers, distances;
+    std::vector<double> numbers, distances;
     windingNumbers(model, points, numbers);
     signedDistances(model, points, distances);
-    const auto inBox = [](const Vector3<S>& p, S from, S size) -> int {  // 2: on its surface
-      const S low = std::min({p[0] - from, p[1], p[2]}),
-              high = std::max({p[0] - from, p[1], p[2]}) - size;
+    const auto inBox = [](const fcl::Vector3d& p, double from,
+                          double size) -> int {  // 2: on its surface
+      const double low = std::min({p[0] - from, p[1], p[2]}),
+                   high = std::max({p[0] - from, p[1], p[2]}) - size;
       return low < 0 || high > 0 ? 0 : low > 0 && high < 0 ? 1 : 2;
     };
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const int first = inBox(points[i], 0, S(n)), second = inBox(points[i], S(shift), 2);
+      const int first = inBox(points[i], 0, double(n)), second = inBox(points[i], double(shift), 2);
       EXPECT_EQ(std::round(numbers[i]), numbers[i]);
       if (first == 2 || second == 2) {
         EXPECT_EQ(0, distances[i]);
@@ -366,7 +359,8 @@ TYPED_TEST(SurfaceQuery, WindingNumbersOfClosedMeshesAreWhole) {
         ++on_surface;
         continue;
       }
-      EXPECT_EQ(S(turns ? first - second : first + second), numbers[i]) << points[i].transpose();
+      EXPECT_EQ(double(turns ? first - second : first + second), numbers[i])
+          << points[i].transpose();
       EXPECT_EQ(numbers[i] != 0, distances[i] < 0);
       ++judged;
     }
@@ -377,51 +371,49 @@ TYPED_TEST(SurfaceQuery, WindingNumbersOfClosedMeshesAreWhole) {
 }
 
 /// The corners of a surface lie in the very directions that are tried first.
-TYPED_TEST(SurfaceQuery, ARayThroughACornerIsTriedAgain) {
-  using S = TypeParam;
-  TriangleMesh<S> mesh = gridBall<S>(5, 4);
+TEST_F(SurfaceQuery, ARayThroughACornerIsTriedAgain) {
+  TriangleMesh mesh = gridBall(5, 4);
   const double first[3] = {0.6214831, 0.5463127, 0.5614279};
   std::size_t corner = 2;
   for (int octant = 0; octant < 8; ++octant) {
-    Vector3<S> p;
-    for (int k = 0; k < 3; ++k) p[k] = S((octant >> k & 1 ? -1 : 1) * first[k]);
+    fcl::Vector3d p;
+    for (int k = 0; k < 3; ++k) p[k] = double((octant >> k & 1 ? -1 : 1) * first[k]);
     mesh.vertices[corner] = p;
     corner += 2;
   }
-  const typename TestFixture::Model model(mesh);
-  std::vector<S> numbers, distances;
-  const std::vector<Vector3<S>> points = {{0, 0, 0}, {0, 0, S(1e-30)}};
+  const Model model(mesh);
+  std::vector<double> numbers, distances;
+  const std::vector<fcl::Vector3d> points = {{0, 0, 0}, {0, 0, 1e-30}};
   windingNumbers(model, points, numbers);
   signedDistances(model, points, distances);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    EXPECT_EQ(S(std::lround(windingNumberOf(model, exact::of(points[i])))), numbers[i]);
+    EXPECT_EQ(double(std::lround(windingNumberOf(model, exact::of(points[i])))), numbers[i]);
     EXPECT_EQ(numbers[i] != 0, distances[i] < 0);
   }
 }
 
 /// A ray along an axis lies in the planes y = z and y = -z of triangles on a lattice, and meets
 /// their edges but not the triangles. Tenths are rounded: rays pass edges within that.
-TYPED_TEST(SurfaceQuery, ARayInThePlaneOfATriangleIsTriedAgain) {
-  using S = TypeParam;
+TEST_F(SurfaceQuery, ARayInThePlaneOfATriangleIsTriedAgain) {
   long judged = 0;
   for (int body = 0; body < manySteps(300); ++body) {
-    const S unit = this->random_.oneIn(2) ? S(1) : S(0.1), sign = this->random_.oneIn(2) ? 1 : -1;
+    const double unit = this->random_.oneIn(2) ? 1. : 0.1, sign = this->random_.oneIn(2) ? 1 : -1;
     const int axis = this->random_.below(3);
-    const auto point = [&](int range) -> Vector3<S> {
-      Vector3<S> p;
-      for (S& x : p) x = unit * S(this->random_.below(range) - range / 2);
+    const auto point = [&](int range) -> fcl::Vector3d {
+      fcl::Vector3d p;
+      for (double& x : p) x = unit * double(this->random_.below(range) - range / 2);
       if (!this->random_.oneIn(4)) p[(axis + 2) % 3] = sign * p[(axis + 1) % 3];
       return p;
     };
-    TriangleMesh<S> mesh;
+    TriangleMesh mesh;
     for (std::size_t i = 0; i < 9; i += 3) {
       for (int k = 0; k < 3; ++k) mesh.vertices.push_back(point(7));
       mesh.triangles.emplace_back(i, i + 1, i + 2);
     }
-    const typename TestFixture::Model model(mesh);
-    std::vector<Vector3<S>> points;
+    const Model model(mesh);
+    std::vector<fcl::Vector3d> points;
     for (int i = 0; i < 20; ++i) points.push_back(point(9));
-    std::vector<S> numbers;
+    std::vector<double> numbers;
     windingNumbers(model, points, numbers);
     for (std::size_t i = 0; i < points.size(); ++i) {
       const exact::Point x = exact::of(points[i]);
@@ -434,20 +426,18 @@ TYPED_TEST(SurfaceQuery, ARayInThePlaneOfATriangleIsTriedAgain) {
 }
 
 /// What the comparison with other libraries has found: 1 too much.
-TYPED_TEST(SurfaceQuery, WindingNumbersOfTwoTrianglesOnALattice) {
-  using S = TypeParam;
-  TriangleMesh<S> mesh;
+TEST_F(SurfaceQuery, WindingNumbersOfTwoTrianglesOnALattice) {
+  TriangleMesh mesh;
   mesh.vertices = {{-3, 2, -3}, {-2, -3, -2}, {-1, -3, 3}, {2, 2, 2}, {2, -1, -1}, {0, 3, 3}};
   mesh.triangles = {fcl::Triangle(0, 1, 2), fcl::Triangle(3, 4, 5)};
-  std::vector<S> numbers;
-  windingNumbers(typename TestFixture::Model(mesh), {Vector3<S>(1, 0, 0)}, numbers);
+  std::vector<double> numbers;
+  windingNumbers(Model(mesh), {fcl::Vector3d(1, 0, 0)}, numbers);
   EXPECT_NEAR(0.0611661235, double(numbers[0]), 1e-7);
 }
 
-TYPED_TEST(SurfaceQuery, OpenEdgesAreThoseOfAMap) {
-  using S = TypeParam;
+TEST_F(SurfaceQuery, OpenEdgesAreThoseOfAMap) {
   for (int body = 0; body < 60; ++body) {
-    TriangleMesh<S> mesh = closedBody(this->random_);
+    TriangleMesh mesh = closedBody(this->random_);
     const int kind = body % 4;
     for (int i = 0; i < kind; ++i) {  // holes, triangles turned over, and repeated corners
       fcl::Triangle& t =
@@ -470,7 +460,7 @@ TYPED_TEST(SurfaceQuery, OpenEdgesAreThoseOfAMap) {
     for (const auto& [edge, use] : uses)
       if (use != 0)
         expected[use > 0 ? edge : std::make_pair(edge.second, edge.first)] = std::abs(use);
-    const typename TestFixture::Model model(mesh);
+    const Model model(mesh);
     std::vector<OpenEdge> edges = {{0, 0, 0, 0}};
     EXPECT_EQ(expected.empty(), isWatertight(model, &edges));
     EXPECT_EQ(expected.empty(), isWatertight(model));
@@ -487,17 +477,16 @@ TYPED_TEST(SurfaceQuery, OpenEdgesAreThoseOfAMap) {
 
 /// Many triangles at one edge: the time grows with their number, not with its square, which would
 /// be 64 times as long here.
-TYPED_TEST(SurfaceQuery, OpenEdgesOfManyTrianglesAtOneEdgeTakeLinearTime) {
-  using S = TypeParam;
+TEST_F(SurfaceQuery, OpenEdgesOfManyTrianglesAtOneEdgeTakeLinearTime) {
   const auto leastTime = [](unsigned count) {
-    TriangleMesh<S> book;
+    TriangleMesh book;
     book.vertices = {{0, 0, 0}, {0, 0, 1}};
     for (unsigned i = 0; i < count; ++i) {
-      const S angle = S(6) * S(i) / S(count);
-      book.vertices.emplace_back(std::cos(angle), std::sin(angle), S(0.5));
+      const double angle = 6. * double(i) / double(count);
+      book.vertices.emplace_back(std::cos(angle), std::sin(angle), 0.5);
       book.triangles.emplace_back(0, 1, i + 2);
     }
-    const typename TestFixture::Model model(book);
+    const Model model(book);
     auto least = std::chrono::steady_clock::duration::max();
     for (int round = 0; round < 5; ++round) {
       std::vector<OpenEdge> edges;
@@ -512,24 +501,24 @@ TYPED_TEST(SurfaceQuery, OpenEdgesOfManyTrianglesAtOneEdgeTakeLinearTime) {
 }
 
 /// Sixteenths of edges between whole numbers are exact, and so is the point's place there.
-TYPED_TEST(SurfaceQuery, PointsOnEdgesAreOnEdges) {
-  using S = TypeParam;
-  RandomGeometry<S> random(6);
+TEST_F(SurfaceQuery, PointsOnEdgesAreOnEdges) {
+  RandomGeometry random(6);
   const auto whole = [&] {
-    return Vector3<S>(S(random.below(99)), S(random.below(99)), S(random.below(99)));
+    return fcl::Vector3d(double(random.below(99)), double(random.below(99)),
+                         double(random.below(99)));
   };
-  std::vector<ClosestFeature<S>> found;
+  std::vector<ClosestFeature> found;
   for (int step = 0; step < manySteps(2000); ++step) {
-    TriangleMesh<S> mesh;
+    TriangleMesh mesh;
     for (int i = 0; i < 3; ++i) mesh.vertices.push_back(16 * whole());
     mesh.triangles = {{0, 1, 2}};
-    const Vector3<S>&a = mesh.vertices[0], &b = mesh.vertices[1], &c = mesh.vertices[2];
+    const fcl::Vector3d &a = mesh.vertices[0], &b = mesh.vertices[1], &c = mesh.vertices[2];
     if ((b - a).cross(c - a).isZero()) continue;
     for (std::size_t k = 0; k < 3; ++k) {
-      const Vector3<S> from = mesh.vertices[k], to = mesh.vertices[(k + 1) % 3];
-      const std::vector<Vector3<S>> point = {from +
-                                             S(1 + random.below(15)) * ((to - from) / S(16))};
-      closestFeatures(typename TestFixture::Model(mesh), point, S(1), found);
+      const fcl::Vector3d from = mesh.vertices[k], to = mesh.vertices[(k + 1) % 3];
+      const std::vector<fcl::Vector3d> point = {from +
+                                                double(1 + random.below(15)) * ((to - from) / 16.)};
+      closestFeatures(Model(mesh), point, 1., found);
       ASSERT_EQ(SurfaceFeature::Edge, found[0].feature) << step;
       EXPECT_EQ(k, found[0].number);
       EXPECT_EQ(0, found[0].barycentric[int((k + 2) % 3)]);
@@ -538,21 +527,20 @@ TYPED_TEST(SurfaceQuery, PointsOnEdgesAreOnEdges) {
   }
 }
 
-TYPED_TEST(SurfaceQuery, RefusesWhatItCannotAnswer) {
-  using S = TypeParam;
-  const typename TestFixture::Model open(plate<S>(2, 2)), closed(latticeBox<S>(1));
-  const S nan = std::numeric_limits<S>::quiet_NaN();
-  const std::vector<Vector3<S>> fine = {{0, 0, 0}}, bad = {{0, 0, 0}, {0, nan, 0}};
-  std::vector<S> numbers = {7};
-  std::vector<ClosestFeature<S>> features;
+TEST_F(SurfaceQuery, RefusesWhatItCannotAnswer) {
+  const Model open(plate(2, 2)), closed(latticeBox(1));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<fcl::Vector3d> fine = {{0, 0, 0}}, bad = {{0, 0, 0}, {0, nan, 0}};
+  std::vector<double> numbers = {7};
+  std::vector<ClosestFeature> features;
   EXPECT_THROW(signedDistances(open, fine, numbers), std::invalid_argument);
   EXPECT_THROW(signedDistances(closed, bad, numbers), std::invalid_argument);
   EXPECT_THROW(windingNumbers(closed, bad, numbers), std::invalid_argument);
-  EXPECT_THROW(closestFeatures(closed, bad, S(1), features), std::invalid_argument);
-  for (const S negative : {S(-1), nan}) {
+  EXPECT_THROW(closestFeatures(closed, bad, 1., features), std::invalid_argument);
+  for (const double negative : {-1., nan}) {
     EXPECT_THROW(closestFeatures(closed, fine, negative, features), std::invalid_argument);
   }
-  EXPECT_EQ(std::vector<S>{7}, numbers);
+  EXPECT_EQ(std::vector<double>{7}, numbers);
   EXPECT_TRUE(features.empty());
 }
 

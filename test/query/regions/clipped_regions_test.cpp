@@ -16,7 +16,7 @@ namespace adaptive_bvh_test {
 namespace clipped_regions_test {
 
 using adaptive_bvh::ContactRegions;
-using Mesh = adaptive_bvh::DeformableMesh<double>;
+using Mesh = adaptive_bvh::DeformableMesh;
 using Real = long double;
 using Point = Eigen::Matrix<Real, 3, 1>;
 using Vertices = std::vector<fcl::Vector3d>;
@@ -108,7 +108,7 @@ Side sideOf(const Tetrahedron& own, const Tetrahedron& other, bool is_first, Rea
 }
 
 /// The curves are closed, and each of their points lies on both of its triangles.
-void expectCurves(const ContactRegions<double>& result, const Mesh& first, const Mesh& second,
+void expectCurves(const ContactRegions& result, const Mesh& first, const Mesh& second,
                   double tolerance) {
   ASSERT_EQ(result.curve_begins.size(), result.numCurves() + 1);
   for (std::size_t c = 0; c < result.numCurves(); ++c) {
@@ -143,7 +143,7 @@ Real depthIn(const Tetrahedron& t, const Point& x) {
 
 /// The deepest point is on one surface, and so far inside the other body; no vertex is deeper.
 void expectDepth(const Tetrahedron& a, const Tetrahedron& b, double tolerance,
-                 const ContactRegions<double>& result) {
+                 const ContactRegions& result) {
   const Point x = result.deepest_points[0].cast<Real>();
   const Real in_a = depthIn(a, x), in_b = depthIn(b, x), depth = result.depths[0];
   EXPECT_LT(std::fabs(std::min(in_a, in_b)), tolerance);
@@ -153,7 +153,7 @@ void expectDepth(const Tetrahedron& a, const Tetrahedron& b, double tolerance,
 }
 
 void expectTetrahedra(const Tetrahedron& a, const Tetrahedron& b, double size,
-                      ContactRegions<double>& result) {
+                      ContactRegions& result) {
   const Mesh first(a.vertices, a.triangles()), second(b.vertices, b.triangles());
   const auto still = fcl::Transform3d::Identity();
   contactRegions(first, still, second, still, result);
@@ -193,7 +193,7 @@ Tetrahedron tetrahedron(const Coordinate& coordinate) {
 TEST(ContactRegionsOracle, RandomTetrahedra) {
   std::mt19937 random(testSeed(71));
   std::uniform_real_distribution<double> unit(-1, 1);
-  ContactRegions<double> result;
+  ContactRegions result;
   for (int i = 0; i < manySteps(5000) && !HasFailure(); ++i) {
     const Tetrahedron a = tetrahedron([&] { return unit(random); }),
                       b = tetrahedron([&] { return unit(random); });
@@ -205,7 +205,7 @@ TEST(ContactRegionsOracle, RandomTetrahedra) {
 /// Coplanar faces, vertices on faces and edges, edges on edges, and the same body twice.
 TEST(ContactRegionsOracle, LatticeTetrahedra) {
   std::mt19937 random(testSeed(72));
-  ContactRegions<double> result;
+  ContactRegions result;
   for (int i = 0; i < manySteps(10000) && !HasFailure(); ++i) {
     const int most = 1 + int(random() % 4);
     const auto whole = [&] { return double(int(random() % unsigned(most + 1))); };
@@ -225,7 +225,7 @@ TEST(ContactRegionsOracle, LatticeTetrahedra) {
 TEST(ContactRegionsOracle, NearlyFlatPairs) {
   std::mt19937 random(testSeed(74));
   std::uniform_real_distribution<double> unit(-1, 1);
-  ContactRegions<double> result;
+  ContactRegions result;
   for (int i = 0; i < manySteps(5000) && !HasFailure(); ++i) {
     const double off = std::pow(10., -3 - 2.5 * (unit(random) + 1));
     const auto near = [&] { return double(random() % 3) + off * unit(random); };
@@ -364,7 +364,7 @@ class Overlap {
 /// Holes, cavities, islands in cavities, edges with four triangles; coplanar faces without a shift.
 TEST(ContactRegionsOracle, BodiesOfCubes) {
   std::mt19937 random(testSeed(73));
-  ContactRegions<double> result;
+  ContactRegions result;
   int compared = 0;
   for (int i = 0; i < manySteps(400) && !HasFailure(); ++i) {
     const Cubes a = randomCubes(random), b = random() % 16 == 0 ? a : randomCubes(random);

@@ -15,48 +15,42 @@ using adaptive_bvh::ContactRegions;
 using adaptive_bvh::DeformableMesh;
 using exact::Real;
 
-template <typename S>
 class ContactRegion : public testing::Test {
  protected:
-  using Model = DeformableMesh<S>;
-  using Regions = ContactRegions<S>;
+  using Model = DeformableMesh;
+  using Regions = ContactRegions;
 
-  static fcl::Transform3<S> still() { return fcl::Transform3<S>::Identity(); }
-  static fcl::Transform3<S> moved(S x, S y, S z) {
-    fcl::Transform3<S> tf = still();
-    tf.translation() = Vector3<S>(x, y, z);
+  static fcl::Transform3d still() { return fcl::Transform3d::Identity(); }
+  static fcl::Transform3d moved(double x, double y, double z) {
+    fcl::Transform3d tf = still();
+    tf.translation() = fcl::Vector3d(x, y, z);
     return tf;
   }
-  static Real unit() { return std::numeric_limits<S>::epsilon(); }
+  static Real unit() { return std::numeric_limits<double>::epsilon(); }
 
-  RandomGeometry<S> random_{413};
+  RandomGeometry random_{413};
 };
 
-TYPED_TEST_SUITE(ContactRegion, QueryScalars);
-
-template <typename S>
-Real sumOf(const std::vector<S>& numbers) {
+Real sumOf(const std::vector<double>& numbers) {
   Real sum = 0;
-  for (const S x : numbers) sum += x;
+  for (const double x : numbers) sum += x;
   return sum;
 }
 
 /// A rotation by quarter turns, without rounding.
-template <typename S>
-fcl::Matrix3<S> quarterTurns(RandomGeometry<S>& random) {
-  fcl::Matrix3<S> turn = fcl::Matrix3<S>::Zero();
+fcl::Matrix3d quarterTurns(RandomGeometry& random) {
+  fcl::Matrix3d turn = fcl::Matrix3d::Zero();
   const int first = random.below(3), second = (first + 1 + random.below(2)) % 3;
-  turn(first, 0) = random.oneIn(2) ? S(1) : S(-1);
-  turn(second, 1) = random.oneIn(2) ? S(1) : S(-1);
+  turn(first, 0) = random.oneIn(2) ? 1. : -1.;
+  turn(second, 1) = random.oneIn(2) ? 1. : -1.;
   turn.col(2) = turn.col(0).cross(turn.col(1));
   return turn;
 }
 
 /// What holds of every result: arrays fit together, and curves follow the two meshes.
-template <typename S>
-void expectWhole(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
-                 const DeformableMesh<S>& second, const fcl::Transform3<S>& tf2,
-                 const ContactRegions<S>& result, Real tolerance) {
+void expectWhole(const DeformableMesh& first, const fcl::Transform3d& tf1,
+                 const DeformableMesh& second, const fcl::Transform3d& tf2,
+                 const ContactRegions& result, Real tolerance) {
   const std::size_t count = result.size();
   ASSERT_EQ(count, result.depths.size());
   ASSERT_EQ(count, result.normals.size());
@@ -69,7 +63,7 @@ void expectWhole(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
         ASSERT_LT(side->triangles[i - 1], side->triangles[i]);
   }
   const auto smallest = [&](std::size_t r) {
-    const auto of = [&](const adaptive_bvh::ContactPatches<S>& side) {
+    const auto of = [&](const adaptive_bvh::ContactPatches& side) {
       return side.begins[r] < side.begins[r + 1] ? side.triangles[side.begins[r]] : ~0u;
     };
     return std::make_pair(of(result.first), of(result.second));
@@ -78,7 +72,7 @@ void expectWhole(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
   ASSERT_EQ(result.numCurves() + 1, result.curve_begins.size());
   ASSERT_EQ(result.curve_points.size(), result.curve_begins.back());
   ASSERT_TRUE(std::is_sorted(result.curve_regions.begin(), result.curve_regions.end()));
-  const auto corners = [](const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf,
+  const auto corners = [](const DeformableMesh& mesh, const fcl::Transform3d& tf,
                           unsigned t) -> exact::Triangle {
     const exact::Placement place = exact::placement(tf);
     const auto at = [&](int k) -> exact::Point {
@@ -102,19 +96,18 @@ void expectWhole(const DeformableMesh<S>& first, const fcl::Transform3<S>& tf1,
 }
 
 /// Two tetrahedra of any shape.
-TYPED_TEST(ContactRegion, OfTetrahedraEqualClippedPolyhedra) {
-  using S = TypeParam;
+TEST_F(ContactRegion, OfTetrahedraEqualClippedPolyhedra) {
   auto& random = this->random_;
-  typename TestFixture::Regions result;
+  Regions result;
   long crossing = 0, nested = 0;
   for (int step = 0; step < manySteps(4000); ++step) {
-    std::array<TriangleMesh<S>, 2> meshes;
+    std::array<TriangleMesh, 2> meshes;
     std::array<exact::Tetrahedron, 2> bodies;
-    const fcl::Transform3<S> tf[2] = {random.pose(S(0.3)), random.pose(S(0.3))};
+    const fcl::Transform3d tf[2] = {random.pose(0.3), random.pose(0.3)};
     for (std::size_t b = 0; b < 2; ++b) {
-      const Vector3<S> shape(1, random.oneIn(3) ? random.size(-3, 0) : S(1),
-                             random.oneIn(3) ? random.size(-2, 0) : S(1));
-      const S scale = random.oneIn(4) ? random.size(-1, 0.5) : S(1);
+      const fcl::Vector3d shape(1, random.oneIn(3) ? random.size(-3, 0) : 1.,
+                                random.oneIn(3) ? random.size(-2, 0) : 1.);
+      const double scale = random.oneIn(4) ? random.size(-1, 0.5) : 1.;
       for (std::size_t k = 0; k < 4; ++k)
         meshes[b].vertices.push_back(scale * random.point().cwiseProduct(shape));
       const auto& v = meshes[b].vertices;
@@ -125,7 +118,7 @@ TYPED_TEST(ContactRegion, OfTetrahedraEqualClippedPolyhedra) {
       for (const auto& f : faces)
         meshes[b].triangles.emplace_back(f[0], f[flips ? 2 : 1], f[flips ? 1 : 2]);
     }
-    const DeformableMesh<S> first(meshes[0]), second(meshes[1]);
+    const DeformableMesh first(meshes[0]), second(meshes[1]);
     contactRegions(first, tf[0], second, tf[1], result);
     const exact::Moments in_second = exact::insideOf(bodies[0], bodies[1]),
                          in_first = exact::insideOf(bodies[1], bodies[0]);
@@ -138,7 +131,7 @@ TYPED_TEST(ContactRegion, OfTetrahedraEqualClippedPolyhedra) {
     ASSERT_LE(std::abs(in_first.area - sumOf(result.second.areas)), tolerance * size) << step;
     if (result.size() == 0) continue;
     ++(result.numCurves() > 0 ? crossing : nested);
-    const auto expectCentroid = [&](const exact::Moments& m, const Vector3<S>& found) {
+    const auto expectCentroid = [&](const exact::Moments& m, const fcl::Vector3d& found) {
       if (m.area < 1e-4L) return;
       ASSERT_LE((exact::of(found) - m.first / m.area).norm(), tolerance * size / m.area) << step;
     };
@@ -156,25 +149,25 @@ TYPED_TEST(ContactRegion, OfTetrahedraEqualClippedPolyhedra) {
 }
 
 /// Bodies of cubes on one lattice, or on two: faces coincide, edges lie on edges.
-TYPED_TEST(ContactRegion, OfVoxelBodiesEqualCells) {
-  using S = TypeParam;
+TEST_F(ContactRegion, OfVoxelBodiesEqualCells) {
   auto& random = this->random_;
-  typename TestFixture::Regions result;
+  Regions result;
   long regions = 0, touching = 0;
   for (int step = 0; step < manySteps(300); ++step) {
     const VoxelBody one = VoxelBody::random(random), two = VoxelBody::random(random);
-    const S size = random.oneIn(2) ? S(1) : S(0.25) * S(1 + random.below(6));
+    const double size = random.oneIn(2) ? 1. : 0.25 * double(1 + random.below(6));
     std::array<double, 3> origin;
-    const S grid = random.oneIn(2) ? S(1) : S(0.125);
+    const double grid = random.oneIn(2) ? 1. : 0.125;
     for (double& x : origin) x = double(grid) * std::round(random.uniform(-2, 3) / grid);
-    const DeformableMesh<S> first(one.surface(S(1))), second(two.surface(size));
-    fcl::Transform3<S> tf1 = this->still(), tf2 = this->still();
+    const DeformableMesh first(one.surface(1.)), second(two.surface(size));
+    fcl::Transform3d tf1 = this->still(), tf2 = this->still();
     if (random.oneIn(2)) {
       tf1.linear() = quarterTurns(random);
-      tf1.translation() = Vector3<S>(S(random.below(5)), S(random.below(5)), S(-2));
+      tf1.translation() = fcl::Vector3d(double(random.below(5)), double(random.below(5)), -2.);
     }
     tf2.linear() = tf1.linear();
-    tf2.translation() = tf1 * Vector3<S>(S(origin[0]), S(origin[1]), S(origin[2]));
+    tf2.translation() =
+        tf1 * fcl::Vector3d(double(origin[0]), double(origin[1]), double(origin[2]));
     contactRegions(first, tf1, second, tf2, result);
     const VoxelOverlap overlap(one, two, double(size), origin);
     const auto tolerance = static_cast<double>(200 * this->unit());
@@ -204,8 +197,7 @@ TYPED_TEST(ContactRegion, OfVoxelBodiesEqualCells) {
 /// The cones from a point to the triangles of a closed mesh: each counts once, or is taken away.
 class SignedCones {
  public:
-  template <typename S>
-  SignedCones(const DeformableMesh<S>& mesh, const fcl::Transform3<S>& tf) {
+  SignedCones(const DeformableMesh& mesh, const fcl::Transform3d& tf) {
     const exact::Placement place = exact::placement(tf);
     const exact::Point apex = place(exact::Point(0.0123L, -0.0345L, 0.0217L));
     for (const fcl::Triangle& t : mesh.triangles()) {
@@ -257,11 +249,10 @@ class SignedCones {
 };
 
 /// Moves some vertices onto others: triangles without area.
-template <typename S>
-void collapseSome(RandomGeometry<S>& random, TriangleMesh<S>& mesh) {
+void collapseSome(RandomGeometry& random, TriangleMesh& mesh) {
   for (int i = 0; i < 4; ++i) {
     const fcl::Triangle& t = mesh.triangles[std::size_t(random.below(int(mesh.triangles.size())))];
-    const Vector3<S> to = mesh.vertices[t[0]];
+    const fcl::Vector3d to = mesh.vertices[t[0]];
     if (random.oneIn(2))
       mesh.vertices[t[1]] = to;
     else
@@ -270,17 +261,16 @@ void collapseSome(RandomGeometry<S>& random, TriangleMesh<S>& mesh) {
 }
 
 /// Bodies of any kind, also two in one mesh, with cavities, and such as cross themselves.
-TYPED_TEST(ContactRegion, OfAnyBodiesEqualSumsOverCones) {
-  using S = TypeParam;
+TEST_F(ContactRegion, OfAnyBodiesEqualSumsOverCones) {
   auto& random = this->random_;
-  typename TestFixture::Regions result;
+  Regions result;
   long regions = 0;
   for (int step = 0; step < manySteps(8); ++step) {
-    TriangleMesh<S> mesh1 = closedBody(random), mesh2 = closedBody(random);
+    TriangleMesh mesh1 = closedBody(random), mesh2 = closedBody(random);
     if (random.oneIn(2)) collapseSome(random, mesh1);
     if (random.oneIn(2)) collapseSome(random, mesh2);
-    const DeformableMesh<S> first(mesh1), second(mesh2);
-    fcl::Transform3<S> tf1 = random.pose(S(0.7)), tf2 = random.pose(S(0.7));
+    const DeformableMesh first(mesh1), second(mesh2);
+    fcl::Transform3d tf1 = random.pose(0.7), tf2 = random.pose(0.7);
     contactRegions(first, tf1, second, tf2, result);
     const SignedCones one(first, tf1), two(second, tf2);
     const exact::Moments in_second = one.inside(two), in_first = two.inside(one);
@@ -318,19 +308,18 @@ TYPED_TEST(ContactRegion, OfAnyBodiesEqualSumsOverCones) {
 }
 
 /// A tube around the z axis, closed: corners on a circle of radius 1.
-template <typename S>
-TriangleMesh<S> cylinder(int around, int rings, S height) {
-  TriangleMesh<S> mesh;
+TriangleMesh cylinder(int around, int rings, double height) {
+  TriangleMesh mesh;
   const auto at = [&](int ring, int i) { return std::size_t(ring * around + i % around); };
   for (int r = 0; r <= rings; ++r)
     for (int i = 0; i < around; ++i) {
       const double angle = 2 * M_PI * (i + 0.5) / around;
-      mesh.vertices.emplace_back(S(std::cos(angle)), S(std::sin(angle)),
-                                 height * (S(r) / S(rings) - S(0.5)));
+      mesh.vertices.emplace_back(double(std::cos(angle)), double(std::sin(angle)),
+                                 height * (double(r) / double(rings) - 0.5));
     }
   const std::size_t bottom = mesh.vertices.size(), top = bottom + 1;
-  mesh.vertices.emplace_back(S(0), S(0), -height / 2);
-  mesh.vertices.emplace_back(S(0), S(0), height / 2);
+  mesh.vertices.emplace_back(0., 0., -height / 2);
+  mesh.vertices.emplace_back(0., 0., height / 2);
   for (int i = 0; i < around; ++i) {
     mesh.triangles.emplace_back(bottom, at(0, i + 1), at(0, i));
     mesh.triangles.emplace_back(top, at(rings, i), at(rings, i + 1));
@@ -355,11 +344,11 @@ TEST(ContactRegionShapes, OfSpheresConvergeToCaps) {
   std::array<Real, 3> volumes, areas, depths, centroids;
   for (std::size_t level = 0; level < 3; ++level) {
     const int n = 16 << level;
-    const DeformableMesh<double> ball(gridBall<double>(2 * n, n - 1));
+    const DeformableMesh ball(gridBall(2 * n, n - 1));
     fcl::Transform3d tf1 = fcl::Transform3d::Identity(), tf2 = tf1;
     const Eigen::Vector3d towards = Eigen::Vector3d(0.3, -0.2, 1).normalized();
     tf2.translation() = apart * towards;
-    ContactRegions<double> result;
+    ContactRegions result;
     ASSERT_EQ(1u, contactRegions(ball, tf1, ball, tf2, result));
     ASSERT_EQ(1u, result.numCurves());
     volumes[level] =
@@ -384,11 +373,11 @@ TEST(ContactRegionShapes, OfCrossingCylindersConverge) {
   std::array<Real, 3> volumes, areas;
   for (std::size_t level = 0; level < 3; ++level) {
     const int n = 24 << level;
-    const DeformableMesh<double> tube(cylinder<double>(n, n / 4, 4.));
+    const DeformableMesh tube(cylinder(n, n / 4, 4.));
     const fcl::Transform3d tf1 = fcl::Transform3d::Identity();
     fcl::Transform3d tf2 = tf1;
     tf2.linear() << 1, 0, 0, 0, 0, -1, 0, 1, 0;
-    ContactRegions<double> result;
+    ContactRegions result;
     ASSERT_EQ(1u, contactRegions(tube, tf1, tube, tf2, result));
     volumes[level] = std::abs(result.volumes[0] - 16. / 3);
     areas[level] = std::abs(result.first.areas[0] + result.second.areas[0] - 16);
@@ -398,79 +387,75 @@ TEST(ContactRegionShapes, OfCrossingCylindersConverge) {
 }
 
 /// [0, size] along each axis, of twelve triangles.
-template <typename S>
-TriangleMesh<S> block(const Vector3<S>& size) {
-  TriangleMesh<S> mesh = latticeBox<S>(1);
-  for (Vector3<S>& p : mesh.vertices) p = p.cwiseProduct(size);
+TriangleMesh block(const fcl::Vector3d& size) {
+  TriangleMesh mesh = latticeBox(1);
+  for (fcl::Vector3d& p : mesh.vertices) p = p.cwiseProduct(size);
   return mesh;
 }
 
 /// Cavities and holes: a curve inside one triangle, and a surface that no curve joins.
-TYPED_TEST(ContactRegion, JoinHolesAndCavities) {
-  using S = TypeParam;
-  using V = Vector3<S>;
-  const S tolerance = S(400 * this->unit());
-  typename TestFixture::Regions result;
+TEST_F(ContactRegion, JoinHolesAndCavities) {
+  using V = fcl::Vector3d;
+  const double tolerance = double(400 * this->unit());
+  Regions result;
   // A shell and the ball between its surfaces: nothing crosses.
-  TriangleMesh<S> shell = block<S>(V(6, 6, 6));
-  addSurface(block<S>(V(2, 2, 2)), V(2, 2, 2), true, shell);
-  const DeformableMesh<S> hollow(shell), middle(block<S>(V(4, 4, 4)));
+  TriangleMesh shell = block(V(6, 6, 6));
+  addSurface(block(V(2, 2, 2)), V(2, 2, 2), true, shell);
+  const DeformableMesh hollow(shell), middle(block(V(4, 4, 4)));
   ASSERT_EQ(1u, contactRegions(middle, this->moved(1, 1, 1), hollow, this->still(), result));
   EXPECT_EQ(0u, result.numCurves());
-  EXPECT_NEAR(S(64 - 8), result.volumes[0], 64 * tolerance);
-  EXPECT_NEAR(S(96), result.first.areas[0], 96 * tolerance);
-  EXPECT_NEAR(S(24), result.second.areas[0], 96 * tolerance);
+  EXPECT_NEAR(double(64 - 8), result.volumes[0], 64 * tolerance);
+  EXPECT_NEAR(96., result.first.areas[0], 96 * tolerance);
+  EXPECT_NEAR(24., result.second.areas[0], 96 * tolerance);
   EXPECT_EQ(V(3, 3, 3), result.first.centroids[0]);
   EXPECT_EQ(V::Zero(), result.normals[0]);
-  EXPECT_NEAR(S(1), result.depths[0], tolerance);
+  EXPECT_NEAR(1., result.depths[0], tolerance);
   // Two of them: each has its cavity.
-  TriangleMesh<S> shells = shell, bodies = block<S>(V(4, 4, 4));
+  TriangleMesh shells = shell, bodies = block(V(4, 4, 4));
   addSurface(shell, V(7, 0, 0), false, shells);
-  addSurface(block<S>(V(4, 4, 4)), V(7, 0, 0), false, bodies);
-  const DeformableMesh<S> two(shells), both(bodies);
+  addSurface(block(V(4, 4, 4)), V(7, 0, 0), false, bodies);
+  const DeformableMesh two(shells), both(bodies);
   ASSERT_EQ(2u, contactRegions(both, this->moved(1, 1, 1), two, this->still(), result));
-  for (const S volume : result.volumes) EXPECT_NEAR(S(64 - 8), volume, 64 * tolerance);
+  for (const double volume : result.volumes) EXPECT_NEAR(double(64 - 8), volume, 64 * tolerance);
   // A pole that enters one triangle of a block, and leaves by another, of a body or of a cavity.
-  const S turn = S(0.3);
-  fcl::Transform3<S> tf = this->moved(S(0.9), S(1.9), -3);
-  tf.linear() = Eigen::AngleAxis<S>(turn, V::UnitZ()).toRotationMatrix();
-  const DeformableMesh<S> cube(block<S>(V(4, 4, 4))), pole(block<S>(V(S(0.5), S(0.5), 10)));
+  const double turn = 0.3;
+  fcl::Transform3d tf = this->moved(0.9, 1.9, -3);
+  tf.linear() = Eigen::AngleAxis<double>(turn, V::UnitZ()).toRotationMatrix();
+  const DeformableMesh cube(block(V(4, 4, 4))), pole(block(V(0.5, 0.5, 10)));
   ASSERT_EQ(1u, contactRegions(cube, this->still(), pole, tf, result));
   EXPECT_EQ(2u, result.numCurves());
-  EXPECT_NEAR(S(1), result.volumes[0], 64 * tolerance);
-  EXPECT_NEAR(S(0.5), result.first.areas[0], 64 * tolerance);
-  EXPECT_NEAR(S(8), result.second.areas[0], 64 * tolerance);
+  EXPECT_NEAR(1., result.volumes[0], 64 * tolerance);
+  EXPECT_NEAR(0.5, result.first.areas[0], 64 * tolerance);
+  EXPECT_NEAR(8., result.second.areas[0], 64 * tolerance);
   EXPECT_EQ(2u, result.first.triangles.size());
   EXPECT_EQ(8u, result.second.triangles.size());
-  TriangleMesh<S> tunnel = block<S>(V(20, 20, 20));
+  TriangleMesh tunnel = block(V(20, 20, 20));
   for (V& p : tunnel.vertices) p -= V(10, 10, 10);
-  TriangleMesh<S> inner = block<S>(V(S(0.5), S(0.5), 10));
+  TriangleMesh inner = block(V(0.5, 0.5, 10));
   for (V& p : inner.vertices) p = tf * p;
   addSurface(inner, V(0, 0, 0), true, tunnel);
-  ASSERT_EQ(1u,
-            contactRegions(cube, this->still(), DeformableMesh<S>(tunnel), this->still(), result));
+  ASSERT_EQ(1u, contactRegions(cube, this->still(), DeformableMesh(tunnel), this->still(), result));
   EXPECT_EQ(2u, result.numCurves());
-  EXPECT_NEAR(S(63), result.volumes[0], 64 * tolerance);
-  EXPECT_NEAR(S(95.5), result.first.areas[0], 640 * tolerance);
+  EXPECT_NEAR(63., result.volumes[0], 64 * tolerance);
+  EXPECT_NEAR(95.5, result.first.areas[0], 640 * tolerance);
   // A pipe through a triangle: its part is a ring, and within it is another pole's.
-  TriangleMesh<S> pipe = block<S>(V(1, 1, 10)), hole = block<S>(V(S(0.75), S(0.75), 9));
-  addSurface(hole, V(S(0.125), S(0.125), S(0.5)), true, pipe);
-  addSurface(block<S>(V(S(0.25), S(0.25), 8)), V(S(0.375), S(0.375), 1), false, pipe);
-  ASSERT_EQ(2u, contactRegions(cube, this->still(), DeformableMesh<S>(pipe),
-                               this->moved(S(0.5), S(1.75), -2), result));
+  TriangleMesh pipe = block(V(1, 1, 10)), hole = block(V(0.75, 0.75, 9));
+  addSurface(hole, V(0.125, 0.125, 0.5), true, pipe);
+  addSurface(block(V(0.25, 0.25, 8)), V(0.375, 0.375, 1), false, pipe);
+  ASSERT_EQ(2u, contactRegions(cube, this->still(), DeformableMesh(pipe),
+                               this->moved(0.5, 1.75, -2), result));
   EXPECT_EQ(6u, result.numCurves());
-  const S ring = S(1 - 0.75 * 0.75), core = S(0.0625);
-  EXPECT_NEAR(4 * (ring + core), S(sumOf(result.volumes)), 64 * tolerance);
+  const double ring = double(1 - 0.75 * 0.75), core = 0.0625;
+  EXPECT_NEAR(4 * (ring + core), double(sumOf(result.volumes)), 64 * tolerance);
   EXPECT_NEAR(4 * core, std::min(result.volumes[0], result.volumes[1]), 64 * tolerance);
 }
 
 /// A body with itself: every vertex lies on a vertex, every face on a face.
-TYPED_TEST(ContactRegion, OfCoincidentBodiesIsTheBody) {
-  using S = TypeParam;
-  typename TestFixture::Regions result;
-  for (const TriangleMesh<S>& mesh : {latticeBox<S>(3), gridBall<S>(9, 7), block<S>({1, 2, 3})}) {
-    const DeformableMesh<S> body(mesh);
-    const auto tf = this->moved(S(0.5), S(-2), S(1));
+TEST_F(ContactRegion, OfCoincidentBodiesIsTheBody) {
+  Regions result;
+  for (const TriangleMesh& mesh : {latticeBox(3), gridBall(9, 7), block({1, 2, 3})}) {
+    const DeformableMesh body(mesh);
+    const auto tf = this->moved(0.5, -2., 1.);
     ASSERT_GE(contactRegions(body, tf, body, tf, result), 1u);
     exact::Moments whole;
     for (const fcl::Triangle& t : mesh.triangles)
@@ -480,17 +465,16 @@ TYPED_TEST(ContactRegion, OfCoincidentBodiesIsTheBody) {
     // Each face counts for one of both.
     EXPECT_LE(std::abs(whole.area - sumOf(result.first.areas) - sumOf(result.second.areas)),
               1000 * this->unit() * whole.area);
-    for (const S depth : result.depths) EXPECT_LE(depth, S(100 * this->unit()));
+    for (const double depth : result.depths) EXPECT_LE(depth, double(100 * this->unit()));
   }
 }
 
-TYPED_TEST(ContactRegion, RefusesWhatItCannotAnswer) {
-  using S = TypeParam;
-  const DeformableMesh<S> closed(latticeBox<S>(2)), open(plate<S>(2, 2));
-  typename TestFixture::Regions result;
+TEST_F(ContactRegion, RefusesWhatItCannotAnswer) {
+  const DeformableMesh closed(latticeBox(2)), open(plate(2, 2));
+  Regions result;
   ASSERT_EQ(1u, contactRegions(closed, this->moved(1, 1, 1), closed, this->still(), result));
   auto scaled = this->still();
-  scaled.linear() *= S(1.1);
+  scaled.linear() *= 1.1;
   EXPECT_THROW(contactRegions(closed, scaled, closed, this->still(), result),
                std::invalid_argument);
   EXPECT_THROW(contactRegions(closed, this->still(), closed, scaled, result),
@@ -505,7 +489,7 @@ TYPED_TEST(ContactRegion, RefusesWhatItCannotAnswer) {
     }
   }
   EXPECT_EQ(1u, result.size());
-  EXPECT_NEAR(S(1), result.volumes[0], S(10 * this->unit()));
+  EXPECT_NEAR(1., result.volumes[0], double(10 * this->unit()));
   EXPECT_EQ(0u, contactRegions(closed, this->moved(9, 0, 0), closed, this->still(), result));
   EXPECT_EQ(0u, result.numCurves());
 }

@@ -32,8 +32,8 @@ std::string written(const std::vector<ContactEvent>& events) {
 /// lifted again.
 TEST(ContactTracker, FollowsBumpsThatMergeAndSplit) {
   constexpr int kSide = 20;
-  const TriangleMesh<double> flat = latticeBox<double>(kSide);
-  TriangleMesh<double> bumpy = flat;
+  const TriangleMesh flat = latticeBox(kSide);
+  TriangleMesh bumpy = flat;
   for (auto& p : bumpy.vertices) {
     if (p[2] > 0) continue;
     for (const double x : {6., 14.}) {
@@ -41,8 +41,8 @@ TEST(ContactTracker, FollowsBumpsThatMergeAndSplit) {
       p[2] -= (x < 10 ? 4 : 3) * std::exp(-r2 / 10);
     }
   }
-  const DeformableMesh<double> block(flat), press(bumpy);
-  ContactRegions<double> regions;
+  const DeformableMesh block(flat), press(bumpy);
+  ContactRegions regions;
   ContactTracker tracker;
   const auto step = [&](double height) {
     fcl::Transform3d tf1 = fcl::Transform3d::Identity(), tf2 = tf1;
@@ -139,13 +139,13 @@ class Judge {
 };
 
 TEST(ContactTracker, FollowsItsRule) {
-  RandomGeometry<double> random(91);
+  RandomGeometry random(91);
   std::map<ContactChange, long> counts;
   for (int run = 0; run < manySteps(200); ++run) {
     ContactTracker tracker;
     Judge judge;
     for (int step = 0; step < 20; ++step) {
-      ContactRegions<float> regions;
+      ContactRegions regions;
       std::vector<Judge::Region> sets(std::size_t(random.below(5)));
       regions.volumes.resize(sets.size());
       for (auto* side : {&regions.first, &regions.second}) {

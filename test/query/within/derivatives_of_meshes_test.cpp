@@ -7,32 +7,27 @@
 namespace adaptive_bvh_test {
 namespace distance_derivatives {
 
-template <typename S>
-class DerivativesOfMeshes : public DistanceDerivativesTest<S> {};
-TYPED_TEST_SUITE(DerivativesOfMeshes, MeshScalars);
-
-TYPED_TEST(DerivativesOfMeshes, OfTwoMeshesAreThoseOfTheirNearestTriangles) {
-  using S = TypeParam;
-  using Test = DistanceDerivativesTest<S>;
+class DerivativesOfMeshes : public DistanceDerivativesTest {};
+TEST_F(DerivativesOfMeshes, OfTwoMeshesAreThoseOfTheirNearestTriangles) {
   long touching = 0;
-  DistanceDerivatives<S> g, again;
+  DistanceDerivatives g, again;
   for (int body = 0; body < manySteps(40) && !testing::Test::HasFailure(); ++body) {
     const bool is_lattice = this->random_.oneIn(2);
-    TriangleMesh<S> one = this->soupOf(4, is_lattice, true),
-                    other = this->soupOf(4, is_lattice, true);
-    typename Test::Model a(one), b(other);
-    adaptive_bvh::CoherentDistance<S> pair(a, b);
+    TriangleMesh one = this->soupOf(4, is_lattice, true), other = this->soupOf(4, is_lattice, true);
+    Model a(one), b(other);
+    adaptive_bvh::CoherentDistance pair(a, b);
     for (int step = 0; step < 3; ++step) {
-      for (Vector3<S>& p : one.vertices)
-        p += is_lattice ? Vector3<S>(S(step), 0, 0) : Vector3<S>(this->random_.point() * S(0.1));
+      for (fcl::Vector3d& p : one.vertices)
+        p += is_lattice ? fcl::Vector3d(double(step), 0, 0)
+                        : fcl::Vector3d(this->random_.point() * 0.1);
       a.update(one.vertices);
-      fcl::Transform3<S> tf1 = Test::still(), tf2 = tf1;
-      tf2.translation() = Vector3<S>(0, 0, S(this->random_.below(5)));
-      if (!is_lattice && !Test::kIsFloat) tf1 = this->random_.pose(1);
-      fcl::DistanceResult<S> result, plain;
-      pair.distance(tf1, tf2, fcl::DistanceRequest<S>(), result);
+      fcl::Transform3d tf1 = still(), tf2 = tf1;
+      tf2.translation() = fcl::Vector3d(0, 0, double(this->random_.below(5)));
+      if (!is_lattice) tf1 = this->random_.pose(1);
+      fcl::DistanceResultd result, plain;
+      pair.distance(tf1, tf2, fcl::DistanceRequestd(), result);
       distanceDerivatives(a, tf1, b, tf2, result, g);
-      adaptive_bvh::distance<S>(&a, tf1, &b, tf2, fcl::DistanceRequest<S>(true), plain);
+      adaptive_bvh::distance(&a, tf1, &b, tf2, fcl::DistanceRequestd(true), plain);
       distanceDerivatives(a, tf1, b, tf2, plain, again);
       EXPECT_EQ(1u, g.first.rows());
       EXPECT_EQ(3u, g.second.per_distance);
@@ -40,14 +35,14 @@ TYPED_TEST(DerivativesOfMeshes, OfTwoMeshesAreThoseOfTheirNearestTriangles) {
         EXPECT_EQ(again.first.gradients, g.first.gradients);
         EXPECT_EQ(again.second.gradients, g.second.gradients);
       }
-      const Bodies<S> bodies(a, tf1, b, tf2);
+      const Bodies bodies(a, tf1, b, tf2);
       const Real d = result.min_distance;
       if (d == 0) {
         for (const auto* of : {&g.first, &g.second})
-          for (const Vector3<S>& gradient : of->gradients) EXPECT_TRUE(gradient.isZero(0));
+          for (const fcl::Vector3d& gradient : of->gradients) EXPECT_TRUE(gradient.isZero(0));
         ++touching;
       }
-      if (!Test::isApart(d, bodies.size)) continue;
+      if (!isApart(d, bodies.size)) continue;
       this->expectBalance(bodies, g.first, g.second, 0);
       const Displacements by = this->anyDisplacements(bodies);
       for (const double share : {1e-12, 1e-9, 1e-6, 1e-3, 0.1}) {
@@ -70,25 +65,21 @@ TYPED_TEST(DerivativesOfMeshes, OfTwoMeshesAreThoseOfTheirNearestTriangles) {
   EXPECT_GT(touching, 5);
 }
 
-TYPED_TEST(DerivativesOfMeshes, OfContactsAreThoseOfSignedDistances) {
-  using S = TypeParam;
-  using Test = DistanceDerivativesTest<S>;
-  VertexContacts<S> contacts;
-  DistanceDerivatives<S> g;
+TEST_F(DerivativesOfMeshes, OfContactsAreThoseOfSignedDistances) {
+  VertexContacts contacts;
+  DistanceDerivatives g;
   long inside = 0;
   for (int body = 0; body < manySteps(12) && !testing::Test::HasFailure(); ++body) {
-    typename Test::Model a(body % 2 ? latticeBox<S>(2) : gridBall<S>(7, 4)),
-        b(body % 3 ? gridBall<S>(8, 5) : latticeBox<S>(1));
-    fcl::Transform3<S> tf = Test::still(), other_tf = tf;
-    if (!Test::kIsFloat) {
-      tf = this->random_.pose(1);
-      other_tf = this->random_.pose(1);
-    }
-    tf.translation() = this->random_.point() * S(0.7);
-    vertexContacts(a, tf, b, other_tf, std::numeric_limits<S>::infinity(), contacts);
+    Model a(body % 2 ? latticeBox(2) : gridBall(7, 4)),
+        b(body % 3 ? gridBall(8, 5) : latticeBox(1));
+    fcl::Transform3d tf = still(), other_tf = tf;
+    tf = this->random_.pose(1);
+    other_tf = this->random_.pose(1);
+    tf.translation() = this->random_.point() * 0.7;
+    vertexContacts(a, tf, b, other_tf, std::numeric_limits<double>::infinity(), contacts);
     distanceDerivatives(a, tf, b, other_tf, contacts, g);
     ASSERT_EQ(contacts.size(), g.first.rows());
-    const Bodies<S> bodies(a, tf, b, other_tf);
+    const Bodies bodies(a, tf, b, other_tf);
     const Displacements by = this->anyDisplacements(bodies);
     const Real t = Real(1e-12) * bodies.size;
     const Positions after = moved(bodies.at, by, bodies.to_first, t),
@@ -97,11 +88,11 @@ TYPED_TEST(DerivativesOfMeshes, OfContactsAreThoseOfSignedDistances) {
       EXPECT_EQ(contacts.vertices[i], g.first.vertices[i]);
       this->expectBalance(bodies, g.first, g.second, i);
       const Real sign = contacts.distances[i] < 0 ? -1 : 1, d = sign * contacts.distances[i];
-      if (!Test::isApart(d, bodies.size)) continue;
+      if (!isApart(d, bodies.size)) continue;
       inside += sign < 0;
       const unsigned v = contacts.vertices[i];
       const quad::Triangle face =
-          Bodies<S>::face(b, bodies.at.second, unsigned(contacts.triangles[i]));
+          Bodies::face(b, bodies.at.second, unsigned(contacts.triangles[i]));
       const Real change = sign * changeOf(g, i, by);
       for (const double share : {1e-12, 1e-6, 1e-2}) {
         const Real m = Real(share) * bodies.size;
@@ -120,35 +111,33 @@ TYPED_TEST(DerivativesOfMeshes, OfContactsAreThoseOfSignedDistances) {
   EXPECT_GT(this->smooth_, 100);
 }
 
-TYPED_TEST(DerivativesOfMeshes, OfContactsOnTheSurfaceAndWithShapes) {
-  using S = TypeParam;
-  using Test = DistanceDerivativesTest<S>;
-  const typename Test::Model box(latticeBox<S>(2));
-  fcl::Transform3<S> tf = Test::still(), turned = tf;
-  tf.translation() = Vector3<S>(S(0.5), S(0.25), 2);  // stands on the other box
+TEST_F(DerivativesOfMeshes, OfContactsOnTheSurfaceAndWithShapes) {
+  const Model box(latticeBox(2));
+  fcl::Transform3d tf = still(), turned = tf;
+  tf.translation() = fcl::Vector3d(0.5, 0.25, 2);  // stands on the other box
   turned.linear() << 0, -1, 0, 1, 0, 0, 0, 0, 1;
-  turned.translation() = Vector3<S>(2, 0, 0);
-  VertexContacts<S> contacts;
-  DistanceDerivatives<S> g, same;
-  vertexContacts(box, tf, box, turned, S(0), contacts);
+  turned.translation() = fcl::Vector3d(2, 0, 0);
+  VertexContacts contacts;
+  DistanceDerivatives g, same;
+  vertexContacts(box, tf, box, turned, 0., contacts);
   EXPECT_GT(contacts.size(), 3u);
   distanceDerivatives(box, tf, box, turned, contacts, g);
-  distanceDerivatives(box, tf, static_cast<const fcl::CollisionGeometry<S>&>(box), turned, contacts,
+  distanceDerivatives(box, tf, static_cast<const fcl::CollisionGeometryd&>(box), turned, contacts,
                       same);
   EXPECT_EQ(g.second.gradients, same.second.gradients);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     EXPECT_EQ(0, contacts.distances[i]);
-    if (contacts.barycentric[i].minCoeff() < S(0.01)) continue;  // on a side
-    const Vector3<S> up = Vector3<S>::UnitZ();
-    EXPECT_LE((g.first.gradients[i] - up).norm(), S(1e-6));
+    if (contacts.barycentric[i].minCoeff() < 0.01) continue;  // on a side
+    const fcl::Vector3d up = fcl::Vector3d::UnitZ();
+    EXPECT_LE((g.first.gradients[i] - up).norm(), 1e-6);
     for (std::size_t k = 0; k < 3; ++k) {
-      const S weight = contacts.barycentric[i][int(k)];
-      EXPECT_LE((g.second.gradients[3 * i + k] + weight * up).norm(), S(1e-6));
+      const double weight = contacts.barycentric[i][int(k)];
+      EXPECT_LE((g.second.gradients[3 * i + k] + weight * up).norm(), 1e-6);
     }
   }
-  const fcl::Sphere<S> ball(S(1));
-  const fcl::Transform3<S> pose = this->random_.pose(1);
-  vertexContacts(box, tf, ball, pose, S(9), contacts);
+  const fcl::Sphered ball(1.);
+  const fcl::Transform3d pose = this->random_.pose(1);
+  vertexContacts(box, tf, ball, pose, 9., contacts);
   distanceDerivatives(box, tf, ball, pose, contacts, g);
   ASSERT_EQ(box.vertices().size(), g.first.rows());
   EXPECT_EQ(0u, g.second.rows());
@@ -156,22 +145,20 @@ TYPED_TEST(DerivativesOfMeshes, OfContactsOnTheSurfaceAndWithShapes) {
   for (std::size_t i = 0; i < contacts.size(); ++i)
     EXPECT_LE(
         (g.first.gradients[i] - (contacts.positions[i] - pose.translation()).normalized()).norm(),
-        S(1e-5));
+        1e-5);
 }
 
-TYPED_TEST(DerivativesOfMeshes, RefuseWhatDoesNotFit) {
-  using S = TypeParam;
-  using Test = DistanceDerivativesTest<S>;
-  const auto still = Test::still();
-  const typename Test::Model mesh(latticeBox<S>(1));
-  fcl::Transform3<S> scaled = still;
-  scaled.linear() *= S(2);
+TEST_F(DerivativesOfMeshes, RefuseWhatDoesNotFit) {
+  const auto still = DistanceDerivativesTest::still();
+  const Model mesh(latticeBox(1));
+  fcl::Transform3d scaled = still;
+  scaled.linear() *= 2.;
   FeaturePairs pairs;
   pairs.vertex_face = {{0, 0}};
   pairs.edge_edge = {{0, 5}};
-  FeaturePairDetails<S> details;
-  featurePairDetails(mesh, pairs, details);
-  FeaturePairDerivatives<S> g;
+  FeaturePairDetails details;
+  selfFeaturePairDetails(mesh, pairs, details);
+  FeaturePairDerivatives g;
   g.edge_edge.first.resize(7, 2);
   const auto refuses = [&](const auto& call) {
     EXPECT_THROW(call(), std::invalid_argument);
@@ -181,23 +168,23 @@ TYPED_TEST(DerivativesOfMeshes, RefuseWhatDoesNotFit) {
   refuses([&] { distanceDerivatives(mesh, still, mesh, scaled, pairs, details, g); });
   FeaturePairs wrong = pairs;
   wrong.edge_edge[0].second = 36;
-  refuses([&] { distanceDerivatives(mesh, wrong, details, g); });
+  refuses([&] { selfDistanceDerivatives(mesh, wrong, details, g); });
   wrong.edge_edge.clear();
-  refuses([&] { distanceDerivatives(mesh, wrong, details, g); });
-  FeaturePairDetails<S> shorter = details;
+  refuses([&] { selfDistanceDerivatives(mesh, wrong, details, g); });
+  FeaturePairDetails shorter = details;
   shorter.vertex_face.coordinates.clear();
-  refuses([&] { distanceDerivatives(mesh, pairs, shorter, g); });
+  refuses([&] { selfDistanceDerivatives(mesh, pairs, shorter, g); });
 
-  VertexContacts<S> contacts;
-  vertexContacts(mesh, still, mesh, still, S(0), contacts);
-  DistanceDerivatives<S> of_contacts;
+  VertexContacts contacts;
+  vertexContacts(mesh, still, mesh, still, 0., contacts);
+  DistanceDerivatives of_contacts;
   of_contacts.first.resize(5, 1);
-  const auto refusesContacts = [&](const VertexContacts<S>& bad) {
+  const auto refusesContacts = [&](const VertexContacts& bad) {
     EXPECT_THROW(distanceDerivatives(mesh, still, mesh, still, bad, of_contacts),
                  std::invalid_argument);
     EXPECT_EQ(5u, of_contacts.first.rows());
   };
-  VertexContacts<S> bad = contacts;
+  VertexContacts bad = contacts;
   bad.vertices[1] = 8;
   refusesContacts(bad);
   bad = contacts;
@@ -206,11 +193,11 @@ TYPED_TEST(DerivativesOfMeshes, RefuseWhatDoesNotFit) {
   bad = contacts;
   bad.normals.pop_back();
   refusesContacts(bad);
-  const fcl::Box<S> shape(1, 1, 1);
+  const fcl::Boxd shape(1, 1, 1);
   EXPECT_THROW(distanceDerivatives(mesh, still, shape, still, bad, of_contacts),
                std::invalid_argument);
 
-  fcl::DistanceResult<S> nearest;  // which names no triangles
+  fcl::DistanceResultd nearest;  // which names no triangles
   EXPECT_THROW(distanceDerivatives(mesh, still, mesh, still, nearest, of_contacts),
                std::invalid_argument);
   nearest.b1 = 3;

@@ -44,8 +44,8 @@ std::vector<std::vector<unsigned>> verticesBelow(const WideTree& tree) {
 class DisplacementsTest : public testing::Test {
  protected:
   /// A sheet somewhere, whose coordinates are exact in double precision.
-  static TriangleMesh<double> sheetAt(const fcl::Vector3d& at, double size) {
-    TriangleMesh<double> mesh = plate<double>(5, 6);
+  static TriangleMesh sheetAt(const fcl::Vector3d& at, double size) {
+    TriangleMesh mesh = plate(5, 6);
     for (fcl::Vector3d& p : mesh.vertices) p = size * (at + p);
     return mesh;
   }
@@ -69,12 +69,12 @@ class DisplacementsTest : public testing::Test {
     meshes.withMap(side, [&](const auto& map) {
       const Points& now = meshes.mesh(side).vertices;
       for (std::size_t v = 0; v < now.size(); ++v)
-        all.push_back(quad::of<double>(map(now[v])) - quad::of<double>(from[v]));
+        all.push_back(quad::of(map(now[v])) - quad::of(from[v]));
     });
     return all;
   }
 
-  RandomGeometry<double> random_{5522};
+  RandomGeometry random_{5522};
 };
 
 TEST_F(DisplacementsTest, LeaveOutNoPairThatHasMovedFar) {
@@ -85,7 +85,7 @@ TEST_F(DisplacementsTest, LeaveOutNoPairThatHasMovedFar) {
     const double size = std::ldexp(1., random_.below(120) - 60), limit = size / 8;
     const fcl::Vector3d at = random_.oneIn(2) ? fcl::Vector3d(fcl::Vector3d::Zero())
                                               : fcl::Vector3d(1 << 20, 3, -(1 << 18));
-    DeformableMesh<double> first(sheetAt(at, size)), second(sheetAt(at, size));
+    DeformableMesh first(sheetAt(at, size)), second(sheetAt(at, size));
     fcl::Transform3d tf = fcl::Transform3d::Identity();
     if (!on_lattice) tf.translation() = size * random_.point();
     const auto now = [&]() -> KeptMeshes {

@@ -19,8 +19,8 @@ namespace exact_limit_test {
 using adaptive_bvh::ContactElements;
 using adaptive_bvh::FeatureKind;
 using adaptive_bvh::FeaturePairs;
-using Mesh = TriangleMesh<double>;
-using Model = adaptive_bvh::DeformableMesh<double>;
+using Mesh = TriangleMesh;
+using Model = adaptive_bvh::DeformableMesh;
 using PairSet = std::set<std::pair<unsigned, unsigned>>;
 
 /// A whole number: digits of 24 bits, the lowest first, of which the last has the sign.
@@ -180,7 +180,7 @@ struct Expected {
 };
 
 /// Random triangles, or a sheet of squares, of lattice points with heights from `low` to `high`.
-Mesh makeMesh(RandomGeometry<double>& random, bool is_sheet, int low, int high) {
+Mesh makeMesh(RandomGeometry& random, bool is_sheet, int low, int high) {
   Mesh mesh;
   const int height = low + random.below(high - low + 1);
   for (int i = 0; i < 9; ++i)
@@ -198,7 +198,7 @@ Mesh makeMesh(RandomGeometry<double>& random, bool is_sheet, int low, int high) 
   return mesh;
 }
 
-Scene makeScene(RandomGeometry<double>& random) {
+Scene makeScene(RandomGeometry& random) {
   const bool is_sheet = random.oneIn(3);
   Scene scene{makeMesh(random, is_sheet, -4, 0), makeMesh(random, is_sheet, 1, 5), {}, {}, {}};
   scene.tf1.setIdentity();
@@ -239,9 +239,9 @@ std::vector<adaptive_bvh::FeaturePair> pairsOf(const adaptive_bvh::NumberedPairs
 
 void testTwoMeshes(const Scene& scene, double limit, const Expected& expected) {
   const Model first(scene.first), second(scene.second);
-  adaptive_bvh::ProximityRequest<double> request;
+  adaptive_bvh::ProximityRequest request;
   request.distance = limit;
-  adaptive_bvh::TrianglePairs<double> triangles;
+  adaptive_bvh::TrianglePairs triangles;
   pairsWithin(first, scene.tf1, second, scene.tf2, request, triangles);
   EXPECT_EQ(expected.triangles, setOf(triangles.triangles));
   request.enable_distances = true;
@@ -253,13 +253,13 @@ void testTwoMeshes(const Scene& scene, double limit, const Expected& expected) {
   EXPECT_EQ(expected.features, featurePairs(features, scene.first, scene.second));
   const bool is_nearer = !expected.triangles.empty();
   EXPECT_EQ(is_nearer, isNearer(first, scene.tf1, second, scene.tf2, limit));
-  adaptive_bvh::CoherentProximity<double> coherent(first, second);
+  adaptive_bvh::CoherentProximity coherent(first, second);
   for (int call = 0; call < 3; ++call)
     EXPECT_EQ(is_nearer, coherent.isNearer(scene.tf1, scene.tf2, limit));
-  adaptive_bvh::ContactSetRequest<double> kept{limit};
-  adaptive_bvh::ContactSet<double> near_triangles(first, second, kept);
+  adaptive_bvh::ContactSetRequest kept{limit};
+  adaptive_bvh::ContactSet near_triangles(first, second, kept);
   kept.elements = ContactElements::Features;
-  adaptive_bvh::ContactSet<double> near_features(first, second, kept);
+  adaptive_bvh::ContactSet near_features(first, second, kept);
   for (int step = 0; step < 2; ++step) {  // first apart, then in place
     fcl::Transform3d tf2 = scene.tf2;
     if (step == 0) tf2.translation() *= 1 + 0x1p-20;
@@ -282,17 +282,17 @@ void testOneMesh(const Scene& scene, double limit, const Expected& expected) {
   for (const fcl::Triangle& t : scene.second.triangles)
     both.triangles.emplace_back(t[0] + vertices, t[1] + vertices, t[2] + vertices);
   const Model model(both);
-  adaptive_bvh::ProximityRequest<double> request;
+  adaptive_bvh::ProximityRequest request;
   request.distance = limit;
-  adaptive_bvh::TrianglePairs<double> result;
-  pairsWithin(model, request, result);
+  adaptive_bvh::TrianglePairs result;
+  selfPairsWithin(model, request, result);
   PairSet found;
   for (const auto& pair : result.triangles)
     if (pair.first < triangles && pair.second >= triangles)
       found.insert({pair.first, pair.second - triangles});
   EXPECT_EQ(expected.triangles, found);
   FeaturePairs features;
-  featurePairsWithin(model, limit, features);
+  selfFeaturePairsWithin(model, limit, features);
   std::size_t crossing = 0;  // pairs of features of both
   for (const auto& pair : featurePairs(features, both, both, true))
     crossing += (*std::get<1>(pair).begin() < vertices) != (*std::get<2>(pair).begin() < vertices);
@@ -301,7 +301,7 @@ void testOneMesh(const Scene& scene, double limit, const Expected& expected) {
 
 /// The limit is the rounded distance of two triangles, the next number below, or that above.
 TEST(ExactLimit, PairsAreThoseOfExactArithmetic) {
-  RandomGeometry<double> random(67006);
+  RandomGeometry random(67006);
   int exactly = 0;
   for (int trial = 0; trial < manySteps(150); ++trial) {
     const Scene scene = makeScene(random);

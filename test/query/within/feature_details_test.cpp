@@ -34,20 +34,20 @@ Point normalOf(const Triangle& t) {
   return unitOf(Point(unitOf(t[1] - t[0]).cross(unitOf(t[2] - t[0]))));
 }
 
-template <typename S>
 class FeatureDetailsTest : public testing::Test {
  protected:
-  using Model = DeformableMesh<S>;
-  using Transform = fcl::Transform3<S>;
-  static constexpr bool kIsFloat = sizeof(S) == sizeof(float);
+  using Model = DeformableMesh;
+  using Transform = fcl::Transform3d;
 
   /// Triangles with corners of their own, anywhere or on a lattice: there many are thin, have
   /// parallel edges, or corners in common.
-  TriangleMesh<S> soupOf(int triangles, bool is_lattice) {
-    TriangleMesh<S> mesh;
+  TriangleMesh soupOf(int triangles, bool is_lattice) {
+    TriangleMesh mesh;
     for (int i = 0; i < 3 * triangles; ++i) {
-      Vector3<S> p = random_.point();
-      if (is_lattice) p = Vector3<S>(S(random_.below(4)), S(random_.below(4)), S(random_.below(3)));
+      fcl::Vector3d p = random_.point();
+      if (is_lattice)
+        p = fcl::Vector3d(double(random_.below(4)), double(random_.below(4)),
+                          double(random_.below(3)));
       mesh.vertices.push_back(p);
     }
     for (std::size_t t = 0; t < std::size_t(triangles); ++t)
@@ -92,24 +92,24 @@ class FeatureDetailsTest : public testing::Test {
       for (unsigned v = 0; v < unsigned(numVertices(body->mesh)); ++v)
         size = std::max({size, body->vertex(v).cwiseAbs().maxCoeff(),
                          exact::of(body->mesh.vertices()[v]).cwiseAbs().maxCoeff()});
-    return size * (kIsFloat ? 4e-6L : 4e-14L);
+    return size * (4e-14L);
   }
 
-  void expectUnit(const Vector3<S>& normal, bool may_be_zero) {
+  void expectUnit(const fcl::Vector3d& normal, bool may_be_zero) {
     if (may_be_zero && normal.isZero(0)) return;
-    EXPECT_NEAR(1, double(normal.norm()), kIsFloat ? 1e-6 : 1e-14);
+    EXPECT_NEAR(1, double(normal.norm()), 1e-14);
   }
   /// What holds of all kinds. `first` and `second`: the points of the coordinates.
-  bool expectDetail(const FeatureDetails<S>& found, std::size_t i, Real distance,
-                    const Point& first, const Point& second, Real tolerance) {
+  bool expectDetail(const FeatureDetails& found, std::size_t i, Real distance, const Point& first,
+                    const Point& second, Real tolerance) {
     const Point p = exact::of(found.nearest_points[i][0]),
                 q = exact::of(found.nearest_points[i][1]);
     EXPECT_NEAR(double(distance), double(found.distances[i]), double(tolerance));
     EXPECT_LE(double((p - first).norm()), double(4 * tolerance));
     EXPECT_LE(double((q - second).norm()), double(4 * tolerance));
     EXPECT_NEAR(double(distance), double((q - p).norm()), double(4 * tolerance));
-    EXPECT_GE(found.coordinates[i].minCoeff(), -S(1e-6));
-    EXPECT_LE(found.coordinates[i].maxCoeff(), S(1 + 1e-6));
+    EXPECT_GE(found.coordinates[i].minCoeff(), -1e-6);
+    EXPECT_LE(found.coordinates[i].maxCoeff(), double(1 + 1e-6));
     pairs_ += 1;
     const bool is_apart = distance > 1e3L * tolerance;
     expectUnit(found.normals[i], !is_apart);
@@ -121,7 +121,7 @@ class FeatureDetailsTest : public testing::Test {
   }
 
   /// A vertex and a face; `towards` is 1 where the vertex is the first's.
-  void expectVertexFace(const FeatureDetails<S>& found, std::size_t i, const Point& x,
+  void expectVertexFace(const FeatureDetails& found, std::size_t i, const Point& x,
                         const Triangle& t, int towards, Real tolerance) {
     const Point w = exact::of(found.coordinates[i]);
     EXPECT_NEAR(1, double(w.sum()), 1e-6);
@@ -130,17 +130,16 @@ class FeatureDetailsTest : public testing::Test {
                                       towards > 0 ? on_face : x, tolerance);
     if (!touches) return;
     touching_ += 1;  // a triangle with corners of its own: its normal also on its sides
-    EXPECT_LE(double((exact::of(found.normals[i]) + towards * normalOf(t)).norm()),
-              kIsFloat ? 1e-5 : 1e-10);
+    EXPECT_LE(double((exact::of(found.normals[i]) + towards * normalOf(t)).norm()), 1e-10);
   }
-  void expectEdgeEdge(const FeatureDetails<S>& found, std::size_t i, const std::array<Point, 2>& a,
+  void expectEdgeEdge(const FeatureDetails& found, std::size_t i, const std::array<Point, 2>& a,
                       const std::array<Point, 2>& b, const Point& facing, Real tolerance) {
     const Point at = exact::of(found.coordinates[i]);
     EXPECT_EQ(0, at[2]);
     const Point p = (1 - at[0]) * a[0] + at[0] * a[1], q = (1 - at[1]) * b[0] + at[1] * b[1];
     if (!expectDetail(found, i, exact::distance(a[0], a[1], b[0], b[1]), p, q, tolerance)) return;
     touching_ += 1;
-    const Real small = kIsFloat ? 1e-5L : 1e-7L;
+    const Real small = 1e-7L;
     const Point n = exact::of(found.normals[i]), u = unitOf(a[1] - a[0]), v = unitOf(b[1] - b[0]);
     EXPECT_LE(double(std::abs(n.dot(u))), double(small));
     EXPECT_LE(double(std::abs(n.dot(v))), double(small));
@@ -151,7 +150,7 @@ class FeatureDetailsTest : public testing::Test {
     }
   }
 
-  void expectAll(const FeaturePairs& pairs, const FeaturePairDetails<S>& found, const Body& a,
+  void expectAll(const FeaturePairs& pairs, const FeaturePairDetails& found, const Body& a,
                  const Body& b) {
     const Real tolerance = toleranceOf(a, b);
     ASSERT_EQ(pairs.vertex_face.size(), found.vertex_face.size());
@@ -172,22 +171,19 @@ class FeatureDetailsTest : public testing::Test {
     }
   }
 
-  RandomGeometry<S> random_{4711};
+  RandomGeometry random_{4711};
   long pairs_ = 0, touching_ = 0;
 };
 
-TYPED_TEST_SUITE(FeatureDetailsTest, QueryScalars);
-
-TYPED_TEST(FeatureDetailsTest, AreThoseOfLongDouble) {
-  using S = TypeParam;
-  using Placed = typename TestFixture::Body;
-  FeaturePairDetails<S> found;
+TEST_F(FeatureDetailsTest, AreThoseOfLongDouble) {
+  using Placed = Body;
+  FeaturePairDetails found;
   for (int body = 0; body < manySteps(400) && !testing::Test::HasFailure(); ++body) {
     const bool is_lattice = this->random_.oneIn(2);
-    typename TestFixture::Model a(this->soupOf(1 + this->random_.below(8), is_lattice)),
+    Model a(this->soupOf(1 + this->random_.below(8), is_lattice)),
         b(this->soupOf(1 + this->random_.below(8), is_lattice));
-    a.setQueryThreads(1 + this->random_.below(3));
-    fcl::Transform3<S> tf1 = fcl::Transform3<S>::Identity(), tf2 = tf1;
+    a.setThreads(1 + this->random_.below(3));
+    fcl::Transform3d tf1 = fcl::Transform3d::Identity(), tf2 = tf1;
     if (this->random_.oneIn(3)) {
       tf1 = this->random_.pose(1);
       tf2 = this->random_.pose(1);
@@ -200,47 +196,43 @@ TYPED_TEST(FeatureDetailsTest, AreThoseOfLongDouble) {
   EXPECT_GT(this->touching_, this->pairs_ / 100);
 }
 
-TYPED_TEST(FeatureDetailsTest, OfOneMeshAreInItsOwnFrame) {
-  using S = TypeParam;
-  using Placed = typename TestFixture::Body;
-  const auto still = fcl::Transform3<S>::Identity();
-  FeaturePairDetails<S> found;
+TEST_F(FeatureDetailsTest, OfOneMeshAreInItsOwnFrame) {
+  using Placed = Body;
+  const auto still = fcl::Transform3d::Identity();
+  FeaturePairDetails found;
   for (int body = 0; body < manySteps(200) && !testing::Test::HasFailure(); ++body) {
-    typename TestFixture::Model mesh(
-        this->soupOf(2 + this->random_.below(10), this->random_.oneIn(2)));
+    Model mesh(this->soupOf(2 + this->random_.below(10), this->random_.oneIn(2)));
     FeaturePairs pairs;
-    featurePairsWithin(mesh, S(0.3), pairs);
-    featurePairDetails(mesh, pairs, found);
+    selfFeaturePairsWithin(mesh, 0.3, pairs);
+    selfFeaturePairDetails(mesh, pairs, found);
     this->expectAll(pairs, found, Placed(mesh, still), Placed(mesh, still));
-    for (const S d : found.edge_edge.distances) EXPECT_LE(d, S(0.3) * S(1 + 1e-6));
+    for (const double d : found.edge_edge.distances) EXPECT_LE(d, 0.3 * double(1 + 1e-6));
   }
   std::printf("%ld pairs, %ld that touch\n", this->pairs_, this->touching_);
 }
 
 // The outward directions of all triangles at an edge count.
-TYPED_TEST(FeatureDetailsTest, OfEdgesThatTouchPointWhereTheirSurfacesFace) {
-  using S = TypeParam;
+TEST_F(FeatureDetailsTest, OfEdgesThatTouchPointWhereTheirSurfacesFace) {
   // Two roofs, one upside down on the other, ridge across ridge.
-  TriangleMesh<S> below;
+  TriangleMesh below;
   below.vertices = {{0, -1, 0}, {0, 1, 0}, {1, 0, -1}, {-1, 0, -1}};
   below.triangles = {{0, 2, 1}, {0, 1, 3}};
-  const adaptive_bvh::DeformableMesh<S> roof(below);
-  fcl::Transform3<S> turned = fcl::Transform3<S>::Identity();
+  const adaptive_bvh::DeformableMesh roof(below);
+  fcl::Transform3d turned = fcl::Transform3d::Identity();
   turned.linear() << 0, 1, 0, 1, 0, 0, 0, 0, -1;
   FeaturePairs pairs;
   pairs.edge_edge = {{2, 2}};
-  FeaturePairDetails<S> found;
-  featurePairDetails(roof, fcl::Transform3<S>(fcl::Transform3<S>::Identity()), roof, turned, pairs,
+  FeaturePairDetails found;
+  featurePairDetails(roof, fcl::Transform3d(fcl::Transform3d::Identity()), roof, turned, pairs,
                      found);
   EXPECT_EQ(0, found.edge_edge.distances[0]);
-  EXPECT_LE((found.edge_edge.normals[0] - Vector3<S>(0, 0, 1)).norm(), S(1e-6));
-  EXPECT_LE((found.edge_edge.coordinates[0] - Vector3<S>(S(0.5), S(0.5), 0)).norm(), S(1e-6));
+  EXPECT_LE((found.edge_edge.normals[0] - fcl::Vector3d(0, 0, 1)).norm(), 1e-6);
+  EXPECT_LE((found.edge_edge.coordinates[0] - fcl::Vector3d(0.5, 0.5, 0)).norm(), 1e-6);
 }
 
-TYPED_TEST(FeatureDetailsTest, RefusesFeaturesThatAMeshDoesNotHave) {
-  using S = TypeParam;
-  const adaptive_bvh::DeformableMesh<S> mesh(this->soupOf(2, false));
-  FeaturePairDetails<S> found;
+TEST_F(FeatureDetailsTest, RefusesFeaturesThatAMeshDoesNotHave) {
+  const adaptive_bvh::DeformableMesh mesh(this->soupOf(2, false));
+  FeaturePairDetails found;
   found.edge_edge.resize(7);
   for (int kind = 0; kind < 3; ++kind)
     for (const FeaturePair bad : {FeaturePair{6, 0}, FeaturePair{0, 6}}) {
@@ -248,7 +240,7 @@ TYPED_TEST(FeatureDetailsTest, RefusesFeaturesThatAMeshDoesNotHave) {
       (kind == 0   ? pairs.vertex_face
        : kind == 1 ? pairs.face_vertex
                    : pairs.edge_edge) = {{0, 0}, bad};
-      EXPECT_THROW(featurePairDetails(mesh, pairs, found), std::invalid_argument);
+      EXPECT_THROW(selfFeaturePairDetails(mesh, pairs, found), std::invalid_argument);
       EXPECT_EQ(7u, found.edge_edge.size());
     }
 }
@@ -263,10 +255,9 @@ std::vector<FeaturePair> without(const std::vector<FeaturePair>& all, const Igno
   return kept;
 }
 
-template <typename S>
 class IgnoredPairsTest : public testing::Test {
  protected:
-  using Model = DeformableMesh<S>;
+  using Model = DeformableMesh;
 
   /// Half of the pairs as a list, or by a function, or both.
   IgnoredPairs anyOf(const std::vector<FeaturePair>& all, std::vector<FeaturePair>& memory) {
@@ -283,83 +274,84 @@ class IgnoredPairsTest : public testing::Test {
     return ignored;
   }
   /// Two sheets through each other.
-  static TriangleMesh<S> sheets(int side) {
-    TriangleMesh<S> mesh = plate<S>(side, side);
-    for (Vector3<S>& p : mesh.vertices) p[2] += S(0.1) * std::sin(7 * p[0]) * std::cos(5 * p[1]);
+  static TriangleMesh sheets(int side) {
+    TriangleMesh mesh = plate(side, side);
+    for (fcl::Vector3d& p : mesh.vertices) p[2] += 0.1 * std::sin(7 * p[0]) * std::cos(5 * p[1]);
     return mesh;
   }
 
-  RandomGeometry<S> random_{815};
-  const fcl::Transform3<S> still_ = fcl::Transform3<S>::Identity();
+  RandomGeometry random_{815};
+  const fcl::Transform3d still_ = fcl::Transform3d::Identity();
 };
 
-TYPED_TEST_SUITE(IgnoredPairsTest, QueryScalars);
-
-TYPED_TEST(IgnoredPairsTest, AreLeftOutInOrder) {
-  using S = TypeParam;
+TEST_F(IgnoredPairsTest, AreLeftOutInOrder) {
   for (int round = 0; round < manySteps(8); ++round) {
-    typename TestFixture::Model a(this->sheets(3 + this->random_.below(30))),
+    Model a(this->sheets(3 + this->random_.below(30))),
         b(this->sheets(3 + this->random_.below(30)));
-    fcl::Transform3<S> tf = this->random_.pose(S(0.1));
+    fcl::Transform3d tf = this->random_.pose(0.1);
     for (const int threads : {1, 3}) {
-      a.setQueryThreads(threads);
+      a.setThreads(threads);
       std::vector<FeaturePair> list, vertices, faces, edges;
-      ProximityRequest<S> request;
-      request.distance = S(0.05);
+      ProximityRequest request;
+      request.distance = 0.05;
       request.enable_distances = true;
-      TrianglePairs<S> all, kept;
+      TrianglePairs all, kept;
       pairsWithin(a, this->still_, b, tf, request, all);
-      request.ignored = this->anyOf(all.triangles, list);
+      request.ignored.triangles = this->anyOf(all.triangles, list);
       pairsWithin(a, this->still_, b, tf, request, kept);
-      EXPECT_EQ(without(all.triangles, request.ignored), kept.triangles);
+      EXPECT_EQ(without(all.triangles, request.ignored.triangles), kept.triangles);
       EXPECT_EQ(kept.size(), kept.distances.size());
 
       FeaturePairs features, kept_features;
-      FeatureProximityRequest<S> wanted;
-      wanted.distance = S(0.05);
+      FeatureProximityRequest wanted;
+      wanted.distance = 0.05;
       featurePairsWithin(a, this->still_, b, tf, wanted.distance, features);
-      wanted.vertex_face = this->anyOf(features.vertex_face, vertices);
-      wanted.face_vertex = this->anyOf(features.face_vertex, faces);
-      wanted.edge_edge = this->anyOf(features.edge_edge, edges);
+      wanted.ignored.vertex_face = this->anyOf(features.vertex_face, vertices);
+      wanted.ignored.face_vertex = this->anyOf(features.face_vertex, faces);
+      wanted.ignored.edge_edge = this->anyOf(features.edge_edge, edges);
       featurePairsWithin(a, this->still_, b, tf, wanted, kept_features);
-      EXPECT_EQ(without(features.vertex_face, wanted.vertex_face), kept_features.vertex_face);
-      EXPECT_EQ(without(features.face_vertex, wanted.face_vertex), kept_features.face_vertex);
-      EXPECT_EQ(without(features.edge_edge, wanted.edge_edge), kept_features.edge_edge);
+      EXPECT_EQ(without(features.vertex_face, wanted.ignored.vertex_face),
+                kept_features.vertex_face);
+      EXPECT_EQ(without(features.face_vertex, wanted.ignored.face_vertex),
+                kept_features.face_vertex);
+      EXPECT_EQ(without(features.edge_edge, wanted.ignored.edge_edge), kept_features.edge_edge);
     }
   }
 }
 
-TYPED_TEST(IgnoredPairsTest, OfOneMeshAreLeftOutInOrder) {
-  using S = TypeParam;
+TEST_F(IgnoredPairsTest, OfOneMeshAreLeftOutInOrder) {
   for (int round = 0; round < manySteps(8); ++round) {
-    TriangleMesh<S> crumpled = this->sheets(4 + this->random_.below(25));
-    for (Vector3<S>& p : crumpled.vertices) p += this->random_.point() * S(0.1);
-    typename TestFixture::Model mesh(crumpled);
+    TriangleMesh crumpled = this->sheets(4 + this->random_.below(25));
+    for (fcl::Vector3d& p : crumpled.vertices) p += this->random_.point() * 0.1;
+    Model mesh(crumpled);
     for (const int threads : {1, 3}) {
-      mesh.setQueryThreads(threads);
+      mesh.setThreads(threads);
       std::vector<FeaturePair> list, vertices, edges, contacts;
-      ProximityRequest<S> request;
-      request.distance = S(0.03);
-      TrianglePairs<S> all, kept;
-      pairsWithin(mesh, request, all, NeighbourFilter::SharedEdge);
-      request.ignored = this->anyOf(all.triangles, list);
-      pairsWithin(mesh, request, kept, NeighbourFilter::SharedEdge);
-      EXPECT_EQ(without(all.triangles, request.ignored), kept.triangles);
+      ProximityRequest request;
+      request.distance = 0.03;
+      request.ignored.neighbours = NeighbourFilter::SharedEdge;
+      TrianglePairs all, kept;
+      selfPairsWithin(mesh, request, all);
+      request.ignored.triangles = this->anyOf(all.triangles, list);
+      selfPairsWithin(mesh, request, kept);
+      EXPECT_EQ(without(all.triangles, request.ignored.triangles), kept.triangles);
 
       FeaturePairs features, kept_features;
-      FeatureProximityRequest<S> wanted;
-      wanted.distance = S(0.03);
-      featurePairsWithin(mesh, wanted.distance, features);
-      wanted.vertex_face = this->anyOf(features.vertex_face, vertices);
-      wanted.edge_edge = this->anyOf(features.edge_edge, edges);
-      featurePairsWithin(mesh, wanted, kept_features);
-      EXPECT_EQ(without(features.vertex_face, wanted.vertex_face), kept_features.vertex_face);
-      EXPECT_EQ(without(features.edge_edge, wanted.edge_edge), kept_features.edge_edge);
+      FeatureProximityRequest wanted;
+      wanted.distance = 0.03;
+      selfFeaturePairsWithin(mesh, wanted.distance, features);
+      wanted.ignored.vertex_face = this->anyOf(features.vertex_face, vertices);
+      wanted.ignored.edge_edge = this->anyOf(features.edge_edge, edges);
+      selfFeaturePairsWithin(mesh, wanted, kept_features);
+      EXPECT_EQ(without(features.vertex_face, wanted.ignored.vertex_face),
+                kept_features.vertex_face);
+      EXPECT_EQ(without(features.edge_edge, wanted.ignored.edge_edge), kept_features.edge_edge);
 
       const auto collide = [&](const IgnoredPairs& ignored) {
-        fcl::CollisionResult<S> result;
-        selfCollide(mesh, fcl::CollisionRequest<S>(1000000), result, NeighbourFilter::SharedVertex,
-                    ignored);
+        fcl::CollisionResultd result;
+        adaptive_bvh::Ignored all_ignored;
+        all_ignored.triangles = ignored;
+        selfCollide(mesh, all_ignored, fcl::CollisionRequestd(1000000), result);
         std::vector<FeaturePair> pairs;
         for (std::size_t i = 0; i < result.numContacts(); ++i)
           pairs.push_back({unsigned(result.getContact(i).b1), unsigned(result.getContact(i).b2)});
@@ -372,34 +364,29 @@ TYPED_TEST(IgnoredPairsTest, OfOneMeshAreLeftOutInOrder) {
   }
 }
 
-TYPED_TEST(IgnoredPairsTest, AreRefusedWhereTheirListIsNotSorted) {
-  using S = TypeParam;
-  const typename TestFixture::Model mesh(this->sheets(4));
+TEST_F(IgnoredPairsTest, AreRefusedWhereTheirListIsNotSorted) {
+  const Model mesh(this->sheets(4));
   const std::vector<FeaturePair> unsorted = {{1, 2}, {1, 1}};
-  IgnoredPairs ignored;
-  ignored.list = &unsorted;
-  ProximityRequest<S> request;
-  request.ignored = ignored;
-  TrianglePairs<S> pairs;
+  ProximityRequest request;
+  request.ignored.triangles.list = &unsorted;
+  TrianglePairs pairs;
   pairs.triangles.resize(3);
-  EXPECT_THROW(pairsWithin(mesh, request, pairs), std::invalid_argument);
+  EXPECT_THROW(selfPairsWithin(mesh, request, pairs), std::invalid_argument);
   EXPECT_THROW(pairsWithin(mesh, this->still_, mesh, this->still_, request, pairs),
                std::invalid_argument);
   EXPECT_EQ(3u, pairs.size());
   FeaturePairs features;
-  for (auto kind :
-       {&FeatureProximityRequest<S>::vertex_face, &FeatureProximityRequest<S>::face_vertex,
-        &FeatureProximityRequest<S>::edge_edge}) {
-    FeatureProximityRequest<S> wanted;
-    wanted.*kind = ignored;
-    EXPECT_THROW(featurePairsWithin(mesh, wanted, features), std::invalid_argument);
+  using adaptive_bvh::Ignored;
+  for (auto kind : {&Ignored::vertex_face, &Ignored::face_vertex, &Ignored::edge_edge}) {
+    FeatureProximityRequest wanted;
+    (wanted.ignored.*kind).list = &unsorted;
+    EXPECT_THROW(selfFeaturePairsWithin(mesh, wanted, features), std::invalid_argument);
     EXPECT_THROW(featurePairsWithin(mesh, this->still_, mesh, this->still_, wanted, features),
                  std::invalid_argument);
   }
-  fcl::CollisionResult<S> result;
-  EXPECT_THROW(
-      selfCollide(mesh, fcl::CollisionRequest<S>(), result, NeighbourFilter::SharedVertex, ignored),
-      std::invalid_argument);
+  fcl::CollisionResultd result;
+  EXPECT_THROW(selfCollide(mesh, request.ignored, fcl::CollisionRequestd(), result),
+               std::invalid_argument);
 }
 
 }  // namespace feature_details_test

@@ -22,23 +22,21 @@ using quad::Point;
 using quad::Real;
 using Points = std::vector<Point>;
 
-template <typename S>
-Points pointsOf(const std::vector<Vector3<S>>& vertices) {
+inline Points pointsOf(const std::vector<fcl::Vector3d>& vertices) {
   Points points;
-  for (const Vector3<S>& x : vertices) points.push_back(quad::of<S>(x));
+  for (const fcl::Vector3d& x : vertices) points.push_back(quad::of(x));
   return points;
 }
 
 /// The motion from the second mesh's frame to the first's.
 struct ToFirst {
-  template <typename S>
-  ToFirst(const fcl::Transform3<S>& tf1, const fcl::Transform3<S>& tf2) {
+  ToFirst(const fcl::Transform3d& tf1, const fcl::Transform3d& tf2) {
     Point columns[3];
-    for (int k = 0; k < 3; ++k) columns[k] = quad::of<S>(tf1.linear().col(k));
-    const Point apart = quad::of<S>(tf2.translation()) - quad::of<S>(tf1.translation());
+    for (int k = 0; k < 3; ++k) columns[k] = quad::of(tf1.linear().col(k));
+    const Point apart = quad::of(tf2.translation()) - quad::of(tf1.translation());
     T = {quad::dot(columns[0], apart), quad::dot(columns[1], apart), quad::dot(columns[2], apart)};
     for (int k = 0; k < 3; ++k) {
-      const Point axis = quad::of<S>(tf2.linear().col(k));
+      const Point axis = quad::of(tf2.linear().col(k));
       R[k] = {quad::dot(columns[0], axis), quad::dot(columns[1], axis),
               quad::dot(columns[2], axis)};
     }
@@ -76,16 +74,16 @@ inline Positions moved(const Positions& from, const Displacements& by, const ToF
 }
 
 /// By how much the entries of a row change the distance.
-template <typename S>
-Real changeOf(const VertexGradients<S>& gradients, std::size_t row, const Points& displacements) {
+inline Real changeOf(const VertexGradients& gradients, std::size_t row,
+                     const Points& displacements) {
   Real sum = 0;
   const std::size_t count = gradients.per_distance;
   for (std::size_t i = row * count; i < (row + 1) * count; ++i)
-    sum += quad::dot(quad::of<S>(gradients.gradients[i]), displacements[gradients.vertices[i]]);
+    sum += quad::dot(quad::of(gradients.gradients[i]), displacements[gradients.vertices[i]]);
   return sum;
 }
-template <typename S>
-Real changeOf(const DistanceDerivatives<S>& g, std::size_t row, const Displacements& by) {
+
+inline Real changeOf(const DistanceDerivatives& g, std::size_t row, const Displacements& by) {
   return changeOf(g.first, row, by.first) + changeOf(g.second, row, by.second);
 }
 
@@ -101,11 +99,10 @@ inline Real heightOf(const quad::Triangle& t) {
 }
 
 /// Two meshes in their places, or one with itself, and distances of their features.
-template <typename S>
 class Bodies {
  public:
-  Bodies(const DeformableMesh<S>& a, const fcl::Transform3<S>& tf1, const DeformableMesh<S>& b,
-         const fcl::Transform3<S>& tf2)
+  Bodies(const DeformableMesh& a, const fcl::Transform3d& tf1, const DeformableMesh& b,
+         const fcl::Transform3d& tf2)
       : first(a), second(b), to_first(tf1, tf2) {
     at.first = pointsOf(a.vertices());
     for (const Point& x : pointsOf(b.vertices())) at.second.push_back(to_first(x));
@@ -114,7 +111,7 @@ class Bodies {
     for (const Point& x : at.first) size = std::max(size, quad::size(x - to_first.T));
   }
 
-  static quad::Triangle face(const DeformableMesh<S>& mesh, const Points& at, unsigned t) {
+  static quad::Triangle face(const DeformableMesh& mesh, const Points& at, unsigned t) {
     const fcl::Triangle& v = mesh.triangles()[t];
     return {at[v[0]], at[v[1]], at[v[2]]};
   }
@@ -143,7 +140,7 @@ class Bodies {
     return least;
   }
 
-  const DeformableMesh<S>&first, &second;
+  const DeformableMesh &first, &second;
   const ToFirst to_first;
   Positions at;
   Real size;  ///< X of the bound

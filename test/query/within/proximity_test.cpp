@@ -26,15 +26,14 @@ using adaptive_bvh::TrianglePairs;
 using exact::Real;
 
 /// Counts pairs of features in long double.
-template <typename S>
 class Oracle {
  public:
-  using Model = DeformableMesh<S>;
+  using Model = DeformableMesh;
   using Pair = std::pair<unsigned, unsigned>;
 
   /// The second model in the first's frame, by transforms in double as they stand.
-  Oracle(const Model& first, const fcl::Transform3<S>& tf1, const Model& second,
-         const fcl::Transform3<S>& tf2)
+  Oracle(const Model& first, const fcl::Transform3d& tf1, const Model& second,
+         const fcl::Transform3d& tf2)
       : first_(first), second_(second) {
     const exact::Matrix R1 = exact::of(tf1.linear());
     placement_.R = R1.transpose() * exact::of(tf2.linear());
@@ -74,28 +73,27 @@ class Oracle {
   exact::Placement placement_;
 };
 
-template <typename S>
 class Proximity : public testing::Test {
  protected:
-  using Model = DeformableMesh<S>;
-  using Transform = fcl::Transform3<S>;
+  using Model = DeformableMesh;
+  using Transform = fcl::Transform3d;
   using Pair = std::pair<unsigned, unsigned>;
 
   static Transform identity() { return Transform::Identity(); }
 
-  TriangleMesh<S> mesh(int triangles) {
+  TriangleMesh mesh(int triangles) {
     const int side = std::max(2, int(std::sqrt(triangles / 2.)));
     switch (random_.below(4)) {
-      case 0: return plate<S>(side, side);
-      case 1: return tube<S>(std::max(3, side), side);
-      case 2: return dome<S>(std::max(3, side), side);
-      default: return soup<S>(triangles, random_.engine());
+      case 0: return plate(side, side);
+      case 1: return tube(std::max(3, side), side);
+      case 2: return dome(std::max(3, side), side);
+      default: return soup(triangles, random_.engine());
     }
   }
-  void deform(Model& model, S size) {
-    std::vector<Vector3<S>> points = model.vertices();
-    const S step = size * random_.size(-4, -0.7);
-    for (Vector3<S>& p : points) p += random_.point() * step;
+  void deform(Model& model, double size) {
+    std::vector<fcl::Vector3d> points = model.vertices();
+    const double step = size * random_.size(-4, -0.7);
+    for (fcl::Vector3d& p : points) p += random_.point() * step;
     if (random_.oneIn(4)) points[std::size_t(random_.below(numVertices(model)))] = points[0];
     if (random_.oneIn(3)) {
       const unsigned some[] = {unsigned(random_.below(numVertices(model)))};
@@ -105,7 +103,7 @@ class Proximity : public testing::Test {
     }
   }
   /// From nothing to the size of the body; now and then nothing at all.
-  S anyDistance() { return random_.oneIn(6) ? S(0) : random_.size(-4, 0.2); }
+  double anyDistance() { return random_.oneIn(6) ? 0. : random_.size(-4, 0.2); }
   static int shared(const Model& model, int a, int b) {
     int count = 0;
     for (int i = 0; i < 3; ++i)
@@ -134,38 +132,35 @@ class Proximity : public testing::Test {
     compared_ += long(size1) * size2;
   }
 
-  RandomGeometry<S> random_{20260};
+  RandomGeometry random_{20260};
   long compared_ = 0;
   static constexpr Real kFar = 1e30L;  // of a pair that does not count
 };
 
-TYPED_TEST_SUITE(Proximity, QueryScalars);
-
-TYPED_TEST(Proximity, FindsTheTrianglesOfTwoMeshesWithinAnyDistance) {
-  using S = TypeParam;
+TEST_F(Proximity, FindsTheTrianglesOfTwoMeshesWithinAnyDistance) {
   int queries = 0;
   for (int body = 0; body < 250; ++body) {
     const int size = body % 50 ? 20 : 100;
-    typename TestFixture::Model a(this->mesh(2 + this->random_.below(size)));
-    typename TestFixture::Model b(this->mesh(2 + this->random_.below(size)));
+    Model a(this->mesh(2 + this->random_.below(size)));
+    Model b(this->mesh(2 + this->random_.below(size)));
     for (int step = 0; step < 5; ++step, ++queries) {
       this->deform(a, 1);
       if (step % 2) this->deform(b, 1);
       const auto tf1 = this->random_.pose(1), tf2 = this->random_.pose(1);
-      ProximityRequest<S> request;
+      ProximityRequest request;
       request.distance = this->anyDistance();
       request.enable_distances = step % 2;
       request.enable_nearest_points = step % 3 == 0;
-      TrianglePairs<S> result;
+      TrianglePairs result;
       const std::size_t found = pairsWithin(a, tf1, b, tf2, request, result);
       EXPECT_EQ(found, result.size());
-      const Oracle<S> oracle(a, tf1, b, tf2);
+      const Oracle oracle(a, tf1, b, tf2);
       const Real rounding = oracle.rounding();
       this->expectPairs(
           result.triangles, unsigned(numTriangles(a)), unsigned(numTriangles(b)),
           [&](unsigned i, unsigned j) { return oracle.distance(int(i), int(j)); },
           Real(request.distance), rounding);
-      const Real in_s = 8 * Real(std::numeric_limits<S>::epsilon());
+      const Real in_s = 8 * Real(std::numeric_limits<double>::epsilon());
       ASSERT_EQ(request.enable_distances ? result.size() : 0, result.distances.size());
       for (std::size_t i = 0; i < result.distances.size(); ++i) {
         const Real d =
@@ -188,21 +183,21 @@ TYPED_TEST(Proximity, FindsTheTrianglesOfTwoMeshesWithinAnyDistance) {
   EXPECT_EQ(queries, 1250);
 }
 
-TYPED_TEST(Proximity, FindsTheTrianglesOfOneMeshWithinAnyDistance) {
-  using S = TypeParam;
+TEST_F(Proximity, FindsTheTrianglesOfOneMeshWithinAnyDistance) {
   constexpr NeighbourFilter kFilters[] = {NeighbourFilter::SharedVertex,
                                           NeighbourFilter::SharedEdge, NeighbourFilter::None};
   for (int body = 0; body < 250; ++body) {
-    typename TestFixture::Model a(this->mesh(2 + this->random_.below(body % 50 ? 30 : 120)));
+    Model a(this->mesh(2 + this->random_.below(body % 50 ? 30 : 120)));
     for (int step = 0; step < 5; ++step) {
       this->deform(a, 1);
-      ProximityRequest<S> request;
+      ProximityRequest request;
       request.distance = this->anyDistance();
       const NeighbourFilter filter = kFilters[this->random_.below(3)];
       const int least = filter == NeighbourFilter::None ? 10 : 1 + int(filter);
-      TrianglePairs<S> result;
-      pairsWithin(a, request, result, filter);
-      const Oracle<S> oracle(a, this->identity(), a, this->identity());
+      request.ignored.neighbours = filter;
+      TrianglePairs result;
+      selfPairsWithin(a, request, result);
+      const Oracle oracle(a, this->identity(), a, this->identity());
       this->expectPairs(
           result.triangles, unsigned(numTriangles(a)), unsigned(numTriangles(a)),
           [&](unsigned i, unsigned j) {
@@ -228,20 +223,19 @@ std::map<std::pair<unsigned, unsigned>, unsigned> edgesOf(const Model& model) {
   return edges;
 }
 
-TYPED_TEST(Proximity, FindsTheFeaturesOfTwoMeshes) {
-  using S = TypeParam;
+TEST_F(Proximity, FindsTheFeaturesOfTwoMeshes) {
   for (int body = 0; body < 200; ++body) {
     const int size = body % 50 ? 12 : 50;
-    typename TestFixture::Model a(this->mesh(2 + this->random_.below(size)));
-    typename TestFixture::Model b(this->mesh(2 + this->random_.below(size)));
+    Model a(this->mesh(2 + this->random_.below(size)));
+    Model b(this->mesh(2 + this->random_.below(size)));
     const auto edges_a = edgesOf(a), edges_b = edgesOf(b);
     for (int step = 0; step < 3; ++step) {
       this->deform(a, 1);
       const auto tf1 = this->random_.pose(1), tf2 = this->random_.pose(1);
-      const S d = this->anyDistance();
+      const double d = this->anyDistance();
       FeaturePairs result;
       featurePairsWithin(a, tf1, b, tf2, d, result);
-      const Oracle<S> oracle(a, tf1, b, tf2);
+      const Oracle oracle(a, tf1, b, tf2);
       const Real rounding = 4 * oracle.rounding();
       this->expectPairs(
           result.vertex_face, unsigned(numVertices(a)), unsigned(numTriangles(b)),
@@ -275,18 +269,17 @@ TYPED_TEST(Proximity, FindsTheFeaturesOfTwoMeshes) {
   }
 }
 
-TYPED_TEST(Proximity, FindsTheFeaturesOfOneMeshWithoutSharedVertices) {
-  using S = TypeParam;
+TEST_F(Proximity, FindsTheFeaturesOfOneMeshWithoutSharedVertices) {
   for (int body = 0; body < 200; ++body) {
-    typename TestFixture::Model a(this->mesh(2 + this->random_.below(body % 50 ? 16 : 60)));
+    Model a(this->mesh(2 + this->random_.below(body % 50 ? 16 : 60)));
     const auto edges = edgesOf(a);
     for (int step = 0; step < 3; ++step) {
       this->deform(a, 1);
-      const S d = this->anyDistance();
+      const double d = this->anyDistance();
       FeaturePairs result;
-      featurePairsWithin(a, d, result);
+      selfFeaturePairsWithin(a, d, result);
       EXPECT_TRUE(result.face_vertex.empty());
-      const Oracle<S> oracle(a, this->identity(), a, this->identity());
+      const Oracle oracle(a, this->identity(), a, this->identity());
       const Real rounding = 4 * oracle.rounding();
       this->expectPairs(
           result.vertex_face, unsigned(numVertices(a)), unsigned(numTriangles(a)),
@@ -321,25 +314,24 @@ TYPED_TEST(Proximity, FindsTheFeaturesOfOneMeshWithoutSharedVertices) {
   }
 }
 
-TYPED_TEST(Proximity, CoherentAnswersAsTheDistanceDoesAndSkipsSearches) {
-  using S = TypeParam;
+TEST_F(Proximity, CoherentAnswersAsTheDistanceDoesAndSkipsSearches) {
   std::size_t searches = 0, calls = 0;
   for (int body = 0; body < manySteps(4); ++body) {
-    typename TestFixture::Model a(this->mesh(60));
-    typename TestFixture::Model b(this->mesh(60));
-    CoherentProximity<S> pair(a, b);
+    Model a(this->mesh(60));
+    Model b(this->mesh(60));
+    CoherentProximity pair(a, b);
     auto tf1 = this->random_.pose(1), tf2 = this->random_.pose(1);
-    tf2.translation() += this->random_.direction() * S(3);
-    const S step = this->random_.size(-3.5, -1);
+    tf2.translation() += this->random_.direction() * 3.;
+    const double step = this->random_.size(-3.5, -1);
     for (int i = 0; i < 25; ++i) {
-      if (i == 12) a = typename TestFixture::Model(this->mesh(50));  // another tree
+      if (i == 12) a = Model(this->mesh(50));  // another tree
       this->deform(a, step);
       tf2.translation() += this->random_.point() * step;
       if (this->random_.oneIn(12)) tf1 = this->random_.pose(1);
-      const Oracle<S> oracle(a, tf1, b, tf2);
+      const Oracle oracle(a, tf1, b, tf2);
       const Real distance = oracle.distance(), rounding = oracle.rounding();
-      const S d =
-          this->random_.oneIn(3) ? S(distance) * this->random_.uniform(0, 2) : this->anyDistance();
+      const double d = this->random_.oneIn(3) ? double(distance) * this->random_.uniform(0, 2)
+                                              : this->anyDistance();
       const bool answer = pair.isNearer(tf1, tf2, d);
       if (distance <= d - rounding) {
         EXPECT_TRUE(answer) << double(distance) << " " << d;
@@ -355,39 +347,37 @@ TYPED_TEST(Proximity, CoherentAnswersAsTheDistanceDoesAndSkipsSearches) {
   EXPECT_LT(searches, calls);
 }
 
-TYPED_TEST(Proximity, BodiesApartNeedOneSearchForManySteps) {
-  using S = TypeParam;
-  typename TestFixture::Model a(plate<S>(12, 12));
-  typename TestFixture::Model b(tube<S>(12, 12));
-  CoherentProximity<S> pair(a, b);
+TEST_F(Proximity, BodiesApartNeedOneSearchForManySteps) {
+  Model a(plate(12, 12));
+  Model b(tube(12, 12));
+  CoherentProximity pair(a, b);
   auto tf2 = this->identity();
-  tf2.translation() = Vector3<S>(0, 0, 2);
+  tf2.translation() = fcl::Vector3d(0, 0, 2);
   for (int i = 0; i < 100; ++i) {
-    moveVertices(a, [&](Vector3<S>& p) { p += this->random_.point() * S(0.002); });
-    EXPECT_FALSE(pair.isNearer(this->identity(), tf2, S(0.5)));
+    moveVertices(a, [&](fcl::Vector3d& p) { p += this->random_.point() * 0.002; });
+    EXPECT_FALSE(pair.isNearer(this->identity(), tf2, 0.5));
   }
   EXPECT_LE(pair.searches(), 12u);
 }
 
 /// Where two sheets cross moves on from step to step; now and then they part, or one becomes
 /// another mesh.
-TYPED_TEST(Proximity, BodiesThatStayInTouchRarelyNeedASearch) {
-  using S = TypeParam;
-  for (const S d : {S(0), S(0.01)}) {
-    typename TestFixture::Model a(plate<S>(5, 5));
-    typename TestFixture::Model b(plate<S>(4, 4));
-    CoherentProximity<S> pair(a, b);
+TEST_F(Proximity, BodiesThatStayInTouchRarelyNeedASearch) {
+  for (const double d : {0., 0.01}) {
+    Model a(plate(5, 5));
+    Model b(plate(4, 4));
+    CoherentProximity pair(a, b);
     auto tf2 = this->identity();
-    tf2.linear() = fcl::AngleAxis<S>(S(1.2), Vector3<S>(1, S(0.3), 0).normalized()).matrix();
+    tf2.linear() = fcl::AngleAxis<double>(1.2, fcl::Vector3d(1, 0.3, 0).normalized()).matrix();
     int near = 0;
     constexpr int kSteps = 80;
     for (int i = 0; i < kSteps; ++i) {
-      if (i == 40) a = typename TestFixture::Model(plate<S>(4, 4));  // another tree
+      if (i == 40) a = Model(plate(4, 4));  // another tree
       moveVertices(
-          a, [&](Vector3<S>& p) { p[2] += S(0.004) * std::sin(S(9) * p[0] + S(0.4) * S(i)); });
-      tf2.translation() = Vector3<S>(S(0.3), S(0.4) + S(0.2) * std::sin(S(0.1) * S(i)),
-                                     i % 40 > 35 ? S(1.5) : S(0.1) * std::cos(S(0.07) * S(i)));
-      const Oracle<S> oracle(a, this->identity(), b, tf2);
+          a, [&](fcl::Vector3d& p) { p[2] += 0.004 * std::sin(9. * p[0] + 0.4 * double(i)); });
+      tf2.translation() = fcl::Vector3d(0.3, 0.4 + 0.2 * std::sin(0.1 * double(i)),
+                                        i % 40 > 35 ? 1.5 : 0.1 * std::cos(0.07 * double(i)));
+      const Oracle oracle(a, this->identity(), b, tf2);
       const Real distance = oracle.distance(), rounding = oracle.rounding();
       const bool answer = pair.isNearer(this->identity(), tf2, d);
       if (distance <= d - rounding || distance == 0) {
@@ -405,22 +395,21 @@ TYPED_TEST(Proximity, BodiesThatStayInTouchRarelyNeedASearch) {
 }
 
 /// So near, for how far they move, that no bound lasts; then they rest.
-TYPED_TEST(Proximity, AnswersWithoutBoundsWhereTheseDoNotLast) {
-  using S = TypeParam;
-  typename TestFixture::Model a(plate<S>(5, 5));
-  typename TestFixture::Model b(plate<S>(3, 3));
-  CoherentProximity<S> pair(a, b);
+TEST_F(Proximity, AnswersWithoutBoundsWhereTheseDoNotLast) {
+  Model a(plate(5, 5));
+  Model b(plate(3, 3));
+  CoherentProximity pair(a, b);
   std::size_t searches_before = 0;
   for (int i = 0; i < 150; ++i) {
     const bool rests = i >= 50;
-    if (i == 25) a = typename TestFixture::Model(plate<S>(4, 6));  // another tree
-    moveVertices(a, [&](Vector3<S>& p) {
-      if (!rests) p[2] = S(0.03) * std::sin(S(7) * p[0] + S(0.9) * S(i));
+    if (i == 25) a = Model(plate(4, 6));  // another tree
+    moveVertices(a, [&](fcl::Vector3d& p) {
+      if (!rests) p[2] = 0.03 * std::sin(7. * p[0] + 0.9 * double(i));
     });
     auto tf2 = this->identity();
-    tf2.translation()[2] = S(0.08);
-    const Oracle<S> oracle(a, this->identity(), b, tf2);
-    const S d = S(oracle.distance()) * (i % 9 == 8 && !rests ? S(1.1) : S(0.8));
+    tf2.translation()[2] = 0.08;
+    const Oracle oracle(a, this->identity(), b, tf2);
+    const double d = double(oracle.distance()) * (i % 9 == 8 && !rests ? 1.1 : 0.8);
     EXPECT_EQ(i % 9 == 8 && !rests, pair.isNearer(this->identity(), tf2, d)) << i;
     if (i == 119) searches_before = pair.searches();
   }
@@ -429,65 +418,61 @@ TYPED_TEST(Proximity, AnswersWithoutBoundsWhereTheseDoNotLast) {
 }
 
 /// What a bound had to cover while bodies moved fast is of no matter once they rest.
-TYPED_TEST(Proximity, BoundsLastAgainAfterAFastMotion) {
-  using S = TypeParam;
-  typename TestFixture::Model a(plate<S>(6, 6));
-  typename TestFixture::Model b(plate<S>(5, 5));
-  CoherentProximity<S> pair(a, b);
+TEST_F(Proximity, BoundsLastAgainAfterAFastMotion) {
+  Model a(plate(6, 6));
+  Model b(plate(5, 5));
+  CoherentProximity pair(a, b);
   std::size_t searches_before = 0;
   for (int i = 0; i < 60; ++i) {
-    moveVertices(a, [&](Vector3<S>&) {});
+    moveVertices(a, [&](fcl::Vector3d&) {});
     auto tf2 = this->identity();
-    tf2.translation()[2] = i < 20 ? S(6 - 0.25 * i) : S(0.55);
-    EXPECT_FALSE(pair.isNearer(this->identity(), tf2, S(0.5))) << i;
+    tf2.translation()[2] = i < 20 ? double(6 - 0.25 * i) : 0.55;
+    EXPECT_FALSE(pair.isNearer(this->identity(), tf2, 0.5)) << i;
     if (i == 25) searches_before = pair.searches();
   }
   EXPECT_EQ(searches_before, pair.searches());
 }
 
-TYPED_TEST(Proximity, ClearanceIsTheDistanceOfEveryVertexUpToTheLimit) {
-  using S = TypeParam;
+TEST_F(Proximity, ClearanceIsTheDistanceOfEveryVertexUpToTheLimit) {
   for (int body = 0; body < 30; ++body) {
-    typename TestFixture::Model a(this->mesh(60));
-    typename TestFixture::Model b(this->mesh(80));
+    Model a(this->mesh(60));
+    Model b(this->mesh(80));
     for (int step = 0; step < 3; ++step) {
       this->deform(a, 1);
       this->deform(b, 1);
       const auto tf1 = this->random_.pose(1), tf2 = this->random_.pose(1);
-      const S limit =
-          this->random_.oneIn(3) ? std::numeric_limits<S>::infinity() : this->random_.size(-2, 0.5);
-      std::vector<S> result;
-      clearance(a, tf1, b, tf2, limit, result);
+      const double limit = this->random_.oneIn(3) ? std::numeric_limits<double>::infinity()
+                                                  : this->random_.size(-2, 0.5);
+      std::vector<double> result;
+      vertexDistances(a, tf1, b, tf2, limit, result);
       ASSERT_EQ(std::size_t(numVertices(a)), result.size());
-      const Oracle<S> oracle(b, tf2, a, tf1);
+      const Oracle oracle(b, tf2, a, tf1);
       const Real rounding = oracle.rounding();
       for (int v = 0; v < numVertices(a); ++v) {
         Real least = limit;
         for (int t = 0; t < numTriangles(b); ++t)
           least = std::min(least, exact::distance(oracle.triangle1(t), oracle.point2(unsigned(v))));
         EXPECT_NEAR(double(least), double(result[std::size_t(v)]),
-                    double(rounding + 4 * std::numeric_limits<S>::epsilon() * least));
+                    double(rounding + 4 * std::numeric_limits<double>::epsilon() * least));
       }
     }
   }
 }
 
-TYPED_TEST(Proximity, SignedClearanceIsNegativeInside) {
-  using S = TypeParam;
+TEST_F(Proximity, SignedClearanceIsNegativeInside) {
   for (int body = 0; body < 20; ++body) {
-    typename TestFixture::Model a(this->mesh(80));
-    typename TestFixture::Model b(
-        gridBall<S>(6 + this->random_.below(6), 3 + this->random_.below(5)));
+    Model a(this->mesh(80));
+    Model b(gridBall(6 + this->random_.below(6), 3 + this->random_.below(5)));
     for (int step = 0; step < 3; ++step) {
-      this->deform(b, S(0.5));
-      const auto tf = this->random_.pose(S(0.5));
-      std::vector<S> distances, result;
-      clearance(a, tf, b, this->identity(), S(10), distances);
-      signedClearance(a, tf, b, this->identity(), S(10), result);
+      this->deform(b, 0.5);
+      const auto tf = this->random_.pose(0.5);
+      std::vector<double> distances, result;
+      vertexDistances(a, tf, b, this->identity(), 10., distances);
+      signedVertexDistances(a, tf, b, this->identity(), 10., result);
       int inside = 0;
       for (std::size_t v = 0; v < result.size(); ++v) {
         EXPECT_EQ(distances[v], std::abs(result[v]));
-        if (distances[v] < S(1e-5)) continue;
+        if (distances[v] < 1e-5) continue;
         const exact::Point x =
             exact::of(tf.linear()) * exact::of(a.vertices()[v]) + exact::of(tf.translation());
         const Real number = windingNumberOf(b, x);
@@ -499,56 +484,55 @@ TYPED_TEST(Proximity, SignedClearanceIsNegativeInside) {
   }
 }
 
-TYPED_TEST(Proximity, SignsAreRightForVerticesInLineWithEdges) {
-  using S = TypeParam;
-  TriangleMesh<S> box;
+TEST_F(Proximity, SignsAreRightForVerticesInLineWithEdges) {
+  TriangleMesh box;
   for (int i = 0; i < 8; ++i) box.vertices.emplace_back(i & 1, i >> 1 & 1, i >> 2 & 1);
   const int faces[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
                             {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
   for (const auto& f : faces)
     box.triangles.emplace_back(std::size_t(f[0]), std::size_t(f[1]), std::size_t(f[2]));
-  typename TestFixture::Model cube(box);
+  Model cube(box);
   // Points on the lines through its edges, corners and diagonals, in and out.
-  TriangleMesh<S> points;
+  TriangleMesh points;
   for (int i = -1; i <= 3; ++i)
     for (int j = -1; j <= 3; ++j)
-      for (int k = -1; k <= 3; ++k) points.vertices.emplace_back(S(i) / 2, S(j) / 2, S(k) / 2);
+      for (int k = -1; k <= 3; ++k)
+        points.vertices.emplace_back(double(i) / 2, double(j) / 2, double(k) / 2);
   points.triangles.emplace_back(0, 1, 2);
-  typename TestFixture::Model grid(points);
-  std::vector<S> result;
-  signedClearance(grid, this->identity(), cube, this->identity(), S(5), result);
+  Model grid(points);
+  std::vector<double> result;
+  signedVertexDistances(grid, this->identity(), cube, this->identity(), 5., result);
   for (std::size_t v = 0; v < result.size(); ++v) {
-    const Vector3<S> p = points.vertices[v];
+    const fcl::Vector3d p = points.vertices[v];
     const bool inside = (p.array() > 0).all() && (p.array() < 1).all();
     EXPECT_EQ(inside, result[v] < 0) << p.transpose();
   }
 }
 
-TYPED_TEST(Proximity, RefusesWhatItCannotAnswer) {
-  using S = TypeParam;
-  typename TestFixture::Model a(plate<S>(3, 3));
-  typename TestFixture::Model b(plate<S>(3, 3));
+TEST_F(Proximity, RefusesWhatItCannotAnswer) {
+  Model a(plate(3, 3));
+  Model b(plate(3, 3));
   const auto tf = this->identity();
-  const S nan = std::numeric_limits<S>::quiet_NaN();
-  TrianglePairs<S> pairs;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  TrianglePairs pairs;
   FeaturePairs features;
-  std::vector<S> numbers;
-  for (const S bad : {nan, S(-1)}) {
+  std::vector<double> numbers;
+  for (const double bad : {nan, -1.}) {
     EXPECT_THROW(isNearer(a, tf, b, tf, bad), std::invalid_argument);
-    EXPECT_THROW(featurePairsWithin(a, bad, features), std::invalid_argument);
-    EXPECT_THROW(clearance(a, tf, b, tf, bad, numbers), std::invalid_argument);
-    EXPECT_THROW(CoherentProximity<S>(a, b).isNearer(tf, tf, bad), std::invalid_argument);
-    ProximityRequest<S> request;
+    EXPECT_THROW(selfFeaturePairsWithin(a, bad, features), std::invalid_argument);
+    EXPECT_THROW(vertexDistances(a, tf, b, tf, bad, numbers), std::invalid_argument);
+    EXPECT_THROW(CoherentProximity(a, b).isNearer(tf, tf, bad), std::invalid_argument);
+    ProximityRequest request;
     request.distance = bad;
     EXPECT_THROW(pairsWithin(a, tf, b, tf, request, pairs), std::invalid_argument);
   }
-  EXPECT_THROW(closestPoint(a, Vector3<S>(0, nan, 0)), std::invalid_argument);
-  EXPECT_THROW(firstHit(a, Vector3<S>(0, 0, 0), Vector3<S>(0, 0, 0)), std::invalid_argument);
+  EXPECT_THROW(closestPoint(a, fcl::Vector3d(0, nan, 0)), std::invalid_argument);
+  EXPECT_THROW(firstHit(a, fcl::Vector3d(0, 0, 0), fcl::Vector3d(0, 0, 0)), std::invalid_argument);
   // A plate encloses nothing.
-  EXPECT_THROW(signedClearance(a, tf, b, tf, S(1), numbers), std::invalid_argument);
+  EXPECT_THROW(signedVertexDistances(a, tf, b, tf, 1., numbers), std::invalid_argument);
   // All is within infinity.
-  ProximityRequest<S> all;
-  all.distance = std::numeric_limits<S>::infinity();
+  ProximityRequest all;
+  all.distance = std::numeric_limits<double>::infinity();
   EXPECT_EQ(std::size_t(numTriangles(a)) * std::size_t(numTriangles(b)),
             pairsWithin(a, tf, b, tf, all, pairs));
 }

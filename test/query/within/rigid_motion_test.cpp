@@ -18,13 +18,12 @@ using adaptive_bvh::RigidMotion;
 using exact::Real;
 namespace rounding = adaptive_bvh::rounding;
 
-template <typename S>
 class RigidMotions : public testing::Test {
  protected:
-  using P = Vector3<S>;
-  using Pose = fcl::Transform3<S>;
-  static TriangleMesh<S> hose() {
-    TriangleMesh<S> mesh = tube<S>(3, 2);
+  using P = fcl::Vector3d;
+  using Pose = fcl::Transform3d;
+  static TriangleMesh hose() {
+    TriangleMesh mesh = tube(3, 2);
     for (auto& p : mesh.vertices) p += P(3, -1, 2);
     return mesh;
   }
@@ -33,8 +32,7 @@ class RigidMotions : public testing::Test {
   adaptive_bvh::PlacedMesh second(const Pose& tf) { return {second_, tf}; }
   /// The second's vertices seen from the first, exactly, and as a query computes it.
   std::vector<exact::Point> seen(const Pose& tf1, const Pose& tf2, bool as_computed) const {
-    const fcl::Transform3d computed =
-        tf1.template cast<double>().inverse(Eigen::Isometry) * tf2.template cast<double>();
+    const fcl::Transform3d computed = tf1.inverse(Eigen::Isometry) * tf2;
     std::vector<exact::Point> points;
     for (const P& vertex : hose_.vertices) {
       const exact::Point p = exact::of(vertex);
@@ -49,31 +47,27 @@ class RigidMotions : public testing::Test {
 
   /// A shift, a turn or both, of one of the two, of any size.
   void move(Pose& tf) {
-    const S size = random_.size(-12, 3);
+    const double size = random_.size(-12, 3);
     if (!random_.oneIn(3)) tf.translation() = random_.vectorOfSize(size);
     if (random_.oneIn(3)) tf.translation() += random_.vectorOfSize(size);
     if (random_.oneIn(2)) {
-      const Eigen::AngleAxis<S> turn(std::min(random_.size(-12, 1), S(3)), random_.direction());
-      tf.linear() = fcl::Quaternion<S>(fcl::Matrix3<S>(turn.toRotationMatrix() * tf.linear()))
+      const Eigen::AngleAxis<double> turn(std::min(random_.size(-12, 1), 3.), random_.direction());
+      tf.linear() = fcl::Quaternion<double>(fcl::Matrix3d(turn.toRotationMatrix() * tf.linear()))
                         .normalized()
                         .toRotationMatrix();
     }
   }
 
-  const TriangleMesh<S> hose_ = hose();
-  DeformableMesh<S> first_{plate<S>(1, 1)}, second_{hose_};
-  RandomGeometry<S> random_{17};
+  const TriangleMesh hose_ = hose();
+  DeformableMesh first_{plate(1, 1)}, second_{hose_};
+  RandomGeometry random_{17};
 };
-
-using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(RigidMotions, Scalars);
 
 /// The sum is never less than the way of any vertex of the second model, seen from the first, over
 /// moves of either of 1e-12 to 1e3, turns included; both exactly and as a query rounds it.
-TYPED_TEST(RigidMotions, AreNeverLessThanAnyVertexsWay) {
-  using S = TypeParam;
+TEST_F(RigidMotions, AreNeverLessThanAnyVertexsWay) {
   RigidMotion motion;
-  fcl::Transform3<S> tf1 = fcl::Transform3<S>::Identity(), tf2 = tf1;
+  fcl::Transform3d tf1 = fcl::Transform3d::Identity(), tf2 = tf1;
   motion.moveTo(this->first(tf1), this->second(tf2));
   std::vector<exact::Point> last[2];
   std::vector<Real> way[2];
@@ -102,10 +96,9 @@ TYPED_TEST(RigidMotions, AreNeverLessThanAnyVertexsWay) {
 }
 
 /// One step among steps of the same size, and no larger: so none is taken for free by the others.
-TYPED_TEST(RigidMotions, EachStepIsBoundedByItself) {
-  using S = TypeParam;
+TEST_F(RigidMotions, EachStepIsBoundedByItself) {
   for (int round = 0; round < 20000; ++round) {
-    fcl::Transform3<S> tf1 = this->random_.pose(this->random_.size(-6, 3)), tf2 = tf1;
+    fcl::Transform3d tf1 = this->random_.pose(this->random_.size(-6, 3)), tf2 = tf1;
     tf2.linear() = this->random_.rotation();
     RigidMotion motion;
     motion.moveTo(this->first(tf1), this->second(tf2));
@@ -125,17 +118,16 @@ TYPED_TEST(RigidMotions, EachStepIsBoundedByItself) {
     const Real size =
         exact::of(tf1.translation()).norm() + exact::of(tf2.translation()).norm() + 10;
     ASSERT_LE(step, 10 * farthest + Real(before) * 1e-14L +
-                        1000 * Real(rounding::epsilon<S>()) * (size + Real(before)))
+                        1000 * Real(rounding::epsilon<double>()) * (size + Real(before)))
         << "no larger than it must be";
   }
 }
 
 /// Where nothing moves the sum stays, bit by bit; the least move shows in it, however large it is.
-TYPED_TEST(RigidMotions, GrowWithEveryMoveAndOnlyThen) {
-  using S = TypeParam;
+TEST_F(RigidMotions, GrowWithEveryMoveAndOnlyThen) {
   RigidMotion motion;
-  fcl::Transform3<S> tf1 = fcl::Transform3<S>::Identity(), tf2 = tf1;
-  for (const S away : {S(1e5), S(0)}) {  // and back: a large sum to begin with
+  fcl::Transform3d tf1 = fcl::Transform3d::Identity(), tf2 = tf1;
+  for (const double away : {1e5, 0.}) {  // and back: a large sum to begin with
     tf2.translation()[0] = away;
     EXPECT_TRUE(motion.moveTo(this->first(tf1), this->second(tf2)));
   }
@@ -143,12 +135,12 @@ TYPED_TEST(RigidMotions, GrowWithEveryMoveAndOnlyThen) {
     const double before = motion.sum();
     EXPECT_TRUE(motion.moveTo(this->first(tf1), this->second(tf2)));
     ASSERT_EQ(before, motion.sum());
-    S& moved = (step % 2 ? tf1 : tf2).translation()[step % 3];
-    moved = std::nextafter(moved, S(1));
+    double& moved = (step % 2 ? tf1 : tf2).translation()[step % 3];
+    moved = std::nextafter(moved, 1.);
     EXPECT_TRUE(motion.moveTo(this->first(tf1), this->second(tf2)));
     ASSERT_GT(motion.sum(), before);
   }
-  tf1.translation()[0] = std::numeric_limits<S>::quiet_NaN();
+  tf1.translation()[0] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(motion.moveTo(this->first(tf1), this->second(tf2))) << "no number";
   EXPECT_EQ(0, motion.sum());
 }

@@ -65,8 +65,8 @@ double trackedMotion(const Time& from, const Time& to, unsigned first, unsigned 
 
 class TrackedMeshesTest : public testing::Test {
  protected:
-  TriangleMesh<double> soupAt(const fcl::Vector3d& centre, double size, bool on_lattice) {
-    TriangleMesh<double> mesh;
+  TriangleMesh soupAt(const fcl::Vector3d& centre, double size, bool on_lattice) {
+    TriangleMesh mesh;
     for (unsigned t = 0; t < kTriangles; ++t) {
       for (int k = 0; k < 3; ++k) mesh.vertices.push_back(centre + size * place(on_lattice));
       mesh.triangles.emplace_back(3 * t, 3 * t + 1, 3 * t + 2);
@@ -89,7 +89,7 @@ class TrackedMeshesTest : public testing::Test {
         p += by * place(on_lattice);
   }
 
-  RandomGeometry<double> random_{5521};
+  RandomGeometry random_{5521};
 };
 
 TEST_F(TrackedMeshesTest, BoundTheMotionOfTwoTriangles) {
@@ -100,8 +100,7 @@ TEST_F(TrackedMeshesTest, BoundTheMotionOfTwoTriangles) {
     const double size = std::ldexp(1., random_.below(200) - 100);
     const fcl::Vector3d far = random_.oneIn(2) ? fcl::Vector3d(fcl::Vector3d::Zero())
                                                : fcl::Vector3d(100 * size * random_.point());
-    DeformableMesh<double> first(soupAt(far, size, on_lattice)),
-        second(soupAt(far, size, on_lattice));
+    DeformableMesh first(soupAt(far, size, on_lattice)), second(soupAt(far, size, on_lattice));
     Points at1 = first.vertices(), at2 = second.vertices();
     fcl::Transform3d tf = fcl::Transform3d::Identity();
     TrackedMeshes tracked;

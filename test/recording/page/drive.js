@@ -43,7 +43,7 @@
     check(text("frame-number") === `${frame + 1} / ${expected.frames.length}`, `${at}: number`);
     check(document.getElementById("scrubber").value === String(frame), `${at}: scrubber`);
     for (const [name, shows] of [["distance", showsLength], ["updateMs", showsTime],
-      ["queryMs", showsTime], ["clearance", showsLength],
+      ["queryMs", showsTime], ["vertexDistance", showsLength],
       ["contacts", (shown, count) => shown === count.toLocaleString("en")]]) {
       if (wanted[name] === undefined) continue;
       check(shows(text(`value-${name}`), wanted[name]),
@@ -233,16 +233,16 @@
     set("opacity-0", 1);
     check(look().sum === before, "a body that was faint does not become solid");
     if (document.getElementById("range-to")) {
-      const range = page.run.clearanceRange, legend = text("clearance-legend");
+      const range = page.run.vertexDistanceRange, legend = text("distance-legend");
       if (range) check(legend.includes(page.shown.short(range[1], range[1])), `legend: ${legend}`);
       set("range-to", 0.1);
       check(look().sum !== before, "another range of colours changes nothing");
-      check(text("clearance-legend").includes(page.shown.short(0.1, 0.1)), "the legend's range");
+      check(text("distance-legend").includes(page.shown.short(0.1, 0.1)), "the legend's range");
       set("range-to", range ? range[1] : "");
       check(look().sum === before, "the range of colours does not come back");
     }
     set("colour-0", "#ff0000");
-    check(document.getElementById("clearance") || look().sum !== before, "a colour changes nothing");
+    check(document.getElementById("vertexDistances") || look().sum !== before, "a colour changes nothing");
   }
 
   // The address keeps the view, and opens the page with it.

@@ -34,17 +34,16 @@ double millisecondsSince(Clock::time_point start) {
 constexpr int kDepth = 3, kRecordedDepth = 6;
 
 /// What is shown of a body without volumes: a few positions.
-template <typename S>
-json expectedBody(const fcl::Vector3<S>* vertices, std::size_t count) {
+json expectedBody(const fcl::Vector3d* vertices, std::size_t count) {
   json body = {{"positions", json::array()}, {"volumes", 0}, {"refitted", 0}, {"allRefitted", 0}};
   for (std::size_t v = 0; v < count; v += 1 + count / 50) {
-    const fcl::Vector3d p = vertices[v].template cast<double>();
+    const fcl::Vector3d p = vertices[v];
     body["positions"].push_back({v, p[0], p[1], p[2]});
   }
   return body;
 }
-template <typename S>
-json expectedBody(const adaptive_bvh::DeformableMesh<S>& mesh) {
+
+json expectedBody(const adaptive_bvh::DeformableMesh& mesh) {
   return expectedBody(mesh.vertices().data(), mesh.vertices().size());
 }
 /// And the volumes at kDepth.
@@ -78,9 +77,9 @@ class TestRun {
     if (results.update_ms) frame["updateMs"] = *results.update_ms;
     if (results.query_ms) frame["queryMs"] = *results.query_ms;
     if (results.contact_count) frame["contacts"] = *results.contact_count;
-    if (!results.clearance.empty()) {
-      const std::vector<double>& values = results.clearance[0].values;
-      frame["clearance"] = *std::min_element(values.begin(), values.end());
+    if (!results.vertex_distances.empty()) {
+      const std::vector<double>& values = results.vertex_distances[0].values;
+      frame["vertexDistance"] = *std::min_element(values.begin(), values.end());
     }
     if (!results.note.empty()) frame["note"] = results.note;
     frame["nearest"] = results.nearest_points.size();
@@ -130,10 +129,10 @@ class MeshPair {
     return followed_.distance(origin, origin, request, result);
   }
 
-  adaptive_bvh::DeformableMeshd first, second;
+  adaptive_bvh::DeformableMesh first, second;
 
  private:
-  adaptive_bvh::CoherentDistanced followed_{first, second};
+  adaptive_bvh::CoherentDistance followed_{first, second};
 };
 class ModelPair {
  public:
@@ -143,7 +142,7 @@ class ModelPair {
   }
   double distance(const fcl::DistanceRequestd& request, fcl::DistanceResultd& result) {
     const auto origin = fcl::Transform3d::Identity();
-    return adaptive_bvh::distance<double>(&first, origin, &second, origin, request, result);
+    return adaptive_bvh::distance(&first, origin, &second, origin, request, result);
   }
 
   adaptive_bvh::AdaptiveBVHModeld first, second;
@@ -181,26 +180,20 @@ void recordDistances(const std::string& path, const std::string& title,
   run.write();
 }
 
-/// Boxes in single precision, contacts, clearance, a body that is placed anew in every frame, and
+/// Boxes, contacts, distances of vertices, a body that is placed anew in every frame, and
 /// one that is only looked at.
 void recordContacts(const std::string& path) {
   const scenarios::Mesh plate = scenarios::plate(4).mesh(), helmet = scenarios::helmet(1).mesh();
-  adaptive_bvh::AdaptiveOBBRSSModelf cloth, dome;
-  const auto fill = [](const scenarios::Mesh& mesh, adaptive_bvh::AdaptiveOBBRSSModelf& model) {
-    adaptive_bvh::TriangleMesh<float> single;
-    for (const auto& p : mesh.vertices) single.vertices.push_back(p.cast<float>());
-    single.triangles = mesh.triangles;
-    fillModel(single, model);
-  };
-  fill(plate, cloth);
-  fill(helmet, dome);
-  const adaptive_bvh::DeformableMeshf &cloth_mesh = cloth.mesh(), &dome_mesh = dome.mesh();
-  const fcl::Transform3f origin = fcl::Transform3f::Identity();
+  adaptive_bvh::AdaptiveOBBRSSModeld cloth, dome;
+  fillModel(plate, cloth);
+  fillModel(helmet, dome);
+  const adaptive_bvh::DeformableMesh &cloth_mesh = cloth.mesh(), &dome_mesh = dome.mesh();
+  const fcl::Transform3d origin = fcl::Transform3d::Identity();
 
   adaptive_bvh::RecordingOptions options;
   options.title = "Cloth & <dome>";
   options.unit = "mm";
-  options.clearance_range = std::array<double, 2>{0, 0.4};
+  options.vertex_distance_range = std::array<double, 2>{0, 0.4};
   options.volume_depth = kRecordedDepth;
   TestRun run(path, options);
   const int of_cloth = run.recording.add(cloth, origin, "cloth");
@@ -210,23 +203,22 @@ void recordContacts(const std::string& path) {
   run.recording.add(plate, aside, "table");
 
   for (int frame = 0; frame < 24; ++frame) {
-    std::vector<fcl::Vector3f> moved;
-    for (const auto& p : scenarios::plate(4).positions(frame)) moved.push_back(p.cast<float>());
+    const std::vector<fcl::Vector3d> moved = scenarios::plate(4).positions(frame);
     auto start = Clock::now();
     cloth.update(moved);
     const double update_ms = millisecondsSince(start);
-    fcl::Transform3f fallen = origin;
-    fallen.translation().z() = 1.2f - 0.08f * float(frame);
-    run.recording.place(of_cloth, fallen.cast<double>());
+    fcl::Transform3d fallen = origin;
+    fallen.translation().z() = 1.2 - 0.08 * frame;
+    run.recording.place(of_cloth, fallen);
     start = Clock::now();
-    fcl::CollisionResultf contacts;
+    fcl::CollisionResultd contacts;
     adaptive_bvh::collide(&cloth_mesh, fallen, &dome_mesh, origin,
-                          fcl::CollisionRequestf(10000, true), contacts);
+                          fcl::CollisionRequestd(10000, true), contacts);
     const double query_ms = millisecondsSince(start);
-    std::vector<float> clearances;
-    adaptive_bvh::clearance(cloth_mesh, fallen, dome_mesh, origin, 0.5f, clearances);
+    std::vector<double> distances;
+    adaptive_bvh::vertexDistances(cloth_mesh, fallen, dome_mesh, origin, 0.5, distances);
     adaptive_bvh::FrameResults results(contacts);
-    results.addTimes(update_ms, query_ms).addClearance(of_cloth, clearances);
+    results.addTimes(update_ms, query_ms).addVertexDistances(of_cloth, distances);
     results.addToSeries("energy, J", 2 - 0.05 * frame).time = 0.25 * frame;
     results.note = "Fallen by " + std::to_string(8 * frame) + " %";
     run.frame(results, {expectedBody(cloth), expectedBody(dome)});
@@ -237,8 +229,8 @@ void recordContacts(const std::string& path) {
 /// A scene: a sheet, shapes that come and go, arrows, segments and patches.
 void recordScene(const std::string& path) {
   const scenarios::Mesh plate = scenarios::plate(2).mesh();
-  adaptive_bvh::DeformableMeshd sheet(plate);
-  adaptive_bvh::Scened scene;
+  adaptive_bvh::DeformableMesh sheet(plate);
+  adaptive_bvh::Scene scene;
   const adaptive_bvh::BodyId of_sheet = scene.add(sheet);
   scene.add(std::make_shared<fcl::Halfspaced>(fcl::Vector3d::UnitZ(), -1.5));
   fcl::Transform3d aside = fcl::Transform3d::Identity();
@@ -260,7 +252,7 @@ void recordScene(const std::string& path) {
     std::vector<fcl::Vector3d> from(sheet.vertices().begin(),
                                     sheet.vertices().begin() + long(up.size()));
     results.addArrows("normal", from, up, 0.2);
-    results.addSegments<double>("pair", {{from[0], fcl::Vector3d(0, 0, 1)}});
+    results.addSegments("pair", {{from[0], fcl::Vector3d(0, 0, 1)}});
     adaptive_bvh::TrianglePatches patches{run.recording.bodyOf(of_sheet), {}, {}};
     if (frame < 6) {  // then a contact without a triangle
       patches.triangles = {0, 1, 2, 3, 10, 11};

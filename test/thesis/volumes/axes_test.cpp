@@ -23,7 +23,7 @@ namespace vectors = adaptive_bvh::vectors;
 
 constexpr Real kUnitRoundoff = 1.L / (1 << 24);
 
-Float4 float4Of(const Vector3<float>& v) { return Float4{v[0], v[1], v[2], 99}; }
+Float4 float4Of(const fcl::Vector3<float>& v) { return Float4{v[0], v[1], v[2], 99}; }
 exact::Point pointOf(const Float4& v) { return {Real(v[0]), Real(v[1]), Real(v[2])}; }
 exact::Point pointOf(const Vectors4& v, int lane) {
   return {Real(v.x[lane]), Real(v.y[lane]), Real(v.z[lane])};
@@ -63,9 +63,9 @@ Real angleBetween(const Matrix& a, const Matrix& b) {
 class Axes : public testing::Test {
  protected:
   /// Two vectors: any, nearly parallel, equal, tiny, huge, 0.
-  std::pair<Vector3<float>, Vector3<float>> pair() {
-    Vector3<float> a = random_.vectorOfSize(random_.size(-3, 1));
-    Vector3<float> b = random_.vectorOfSize(random_.size(-3, 1));
+  std::pair<fcl::Vector3<float>, fcl::Vector3<float>> pair() {
+    fcl::Vector3<float> a = random_.vectorOfSize(random_.size(-3, 1));
+    fcl::Vector3<float> b = random_.vectorOfSize(random_.size(-3, 1));
     if (random_.oneIn(2)) b = a * random_.uniform() + random_.vectorOfSize(random_.size(-12, 0));
     if (random_.oneIn(50)) b = a;
     if (random_.oneIn(50)) a.setZero();
@@ -79,25 +79,26 @@ class Axes : public testing::Test {
   }
   /// Any direction; half and quarter turns about the axes and about diagonals, exactly and nearly.
   fcl::Matrix3f anyRotation() {
-    if (random_.oneIn(2)) return randomPose<float>(random_.engine(), 0).linear();
-    Vector3<float> about = Vector3<float>::Unit(random_.below(3));
-    if (random_.oneIn(2)) about = Vector3<float>(1, float(random_.below(3) - 1), 1).normalized();
+    if (random_.oneIn(2)) return randomPose(random_.engine(), 0).linear().cast<float>();
+    fcl::Vector3<float> about = fcl::Vector3<float>::Unit(random_.below(3));
+    if (random_.oneIn(2))
+      about = fcl::Vector3<float>(1, float(random_.below(3) - 1), 1).normalized();
     if (random_.oneIn(3)) about = random_.direction();
     float angle = float(M_PI / 2) * float(1 + random_.below(3));
     if (random_.oneIn(2)) angle += random_.size(-7, -1);
     return Eigen::AngleAxisf(angle, about).toRotationMatrix();
   }
 
-  RandomGeometry<float> random_{67};
+  RandomGeometryOf<float> random_{67};
 };
 
 /// Right-handed, the first along a, the third orthogonal to b where that has a direction of its
 /// own. Each lane for itself.
 TEST_F(Axes, AlongTwoVectorsAreOrthonormal) {
   for (int round = 0; round < 30000; ++round) {
-    Vector3<float> a[4], b[4];
+    fcl::Vector3<float> a[4], b[4];
     for (int i = 0; i < 4; ++i) std::tie(a[i], b[i]) = pair();
-    const auto lanes = [](const Vector3<float>(&v)[4]) -> Vectors4 {
+    const auto lanes = [](const fcl::Vector3<float>(&v)[4]) -> Vectors4 {
       return float4::columns(float4Of(v[0]), float4Of(v[1]), float4Of(v[2]), float4Of(v[3]));
     };
     const Axes4 axes = axesAlong(lanes(a), lanes(b));
@@ -136,7 +137,7 @@ TEST_F(Axes, ComponentsAreThoseOfTheFrame) {
     ASSERT_LE((matrixOf(components) - matrixOf(frame).transpose() * matrixOf(other)).norm(),
               16 * kUnitRoundoff);
     ASSERT_LE((matrixOf(frame * components) - matrixOf(other)).norm(), 64 * kUnitRoundoff);
-    const Vector3<float> v = random_.point();
+    const fcl::Vector3<float> v = random_.point();
     const Vectors4 combined =
         frame.combine(float4::all(v[0]), float4::all(v[1]), float4::all(v[2]));
     ASSERT_LE((pointOf(combined, 0) - matrixOf(frame) * exact::of(v)).norm(), 8 * kUnitRoundoff);
@@ -168,7 +169,7 @@ TEST_F(Axes, PackedRotationsStayAsTheyArePacked) {
 
 TEST_F(Axes, CrossProductsAndColumns) {
   for (int round = 0; round < 20000; ++round) {
-    Vector3<float> v[4];
+    fcl::Vector3<float> v[4];
     for (auto& x : v) x = random_.point() * random_.size(-6, 6);
     const Float4 product = float4::cross(float4Of(v[0]), float4Of(v[1]));
     const exact::Point expected = exact::of(v[0]).cross(exact::of(v[1]));

@@ -18,7 +18,7 @@ template <typename BV>
 class KeptAxesOf : public testing::Test {
  protected:
   using Model = adaptive_bvh::AdaptiveBVHModel<BV>;
-  using Points = std::vector<Vector3<double>>;
+  using Points = std::vector<fcl::Vector3<double>>;
 
   /// All refitted in every step.
   static RefitPolicy tolerating(double share) {
@@ -51,11 +51,11 @@ class KeptAxesOf : public testing::Test {
       if (default_.getBV(i).num_primitives > 2) visit(i);
   }
   static Points map(Points points, const fcl::Matrix3d& by) {
-    for (auto& p : points) p = by * p + Vector3<double>(0.1, 0.2, 0.3);
+    for (auto& p : points) p = by * p + fcl::Vector3<double>(0.1, 0.2, 0.3);
     return points;
   }
 
-  const TriangleMesh<double> mesh_ = tube<double>(12, 9);
+  const TriangleMesh mesh_ = tube(12, 9);
   Model default_{tolerating(0.25)}, keeping_{tolerating(1e30)}, choosing_{tolerating(0)};
 };
 
@@ -68,7 +68,7 @@ TYPED_TEST(KeptAxesOf, TurnWithTheirNode) {
   this->forEachLarge([&](int i) { before[std::size_t(i)] = this->axes(this->default_, i); });
   std::mt19937 random(testSeed(5));
   for (int step = 0; step < 10; ++step) {
-    const fcl::Matrix3d turn = randomPose<double>(random, 0).linear();
+    const fcl::Matrix3d turn = randomPose(random, 0).linear();
     const double strain = step % 2 ? 1.01 : 1;
     this->update(this->map(this->mesh_.vertices, turn * fcl::Vector3d(strain, 1, 1).asDiagonal()));
     this->forEachLarge([&](int i) {
@@ -82,7 +82,7 @@ TYPED_TEST(KeptAxesOf, TurnWithTheirNode) {
 /// Where a patch deforms beyond the tolerance, its axes are chosen anew, and are better ones; where
 /// it does not, they stay.
 TYPED_TEST(KeptAxesOf, AreChosenAnewBeyondTheTolerance) {
-  Deformation<double> crumple(this->mesh_, Deformation<double>::Kind::Jerky, 3);
+  Deformation crumple(this->mesh_, Deformation::Kind::Jerky, 3);
   for (int step = 0; step < 6; ++step) crumple.next();  // of a few vertices
   this->update(crumple.positions());
   int kept = 0, anew = 0;

@@ -22,7 +22,7 @@ namespace rounding = adaptive_bvh::rounding;
 template <typename S>
 class Obbrss : public testing::Test {
  protected:
-  using P = Vector3<S>;
+  using P = fcl::Vector3<S>;
   using BV = fcl::OBBRSS<S>;
   using V = Volume<BV>;
 
@@ -65,7 +65,7 @@ class Obbrss : public testing::Test {
     return axes;
   }
 
-  RandomGeometry<S> random_{23};
+  RandomGeometryOf<S> random_{23};
 };
 
 using Scalars = testing::Types<float, double>;
@@ -110,8 +110,8 @@ TYPED_TEST(Obbrss, FitsHoldBothFramesOfATwoFrameUpdate) {
 TYPED_TEST(Obbrss, AxesAlongNeedlesAreOrthonormal) {
   auto& random = this->random_;
   for (int round = 0; round < manySteps(20000); ++round) {
-    const Vector3<TypeParam> along = random.vectorOfSize(random.size(-3, 1));
-    const Vector3<TypeParam> aside =
+    const fcl::Vector3<TypeParam> along = random.vectorOfSize(random.size(-3, 1));
+    const fcl::Vector3<TypeParam> aside =
         along * random.uniform() + random.vectorOfSize(random.size(-12, 0));
     namespace vectors = adaptive_bvh::vectors;
     const auto axes = adaptive_bvh::axesAlong(vectors::all(along), vectors::all(aside));
@@ -193,7 +193,7 @@ TYPED_TEST(Obbrss, AMovedBoxHoldsItsMovedPoints) {
         if (exact::excess(bv.obb, p) > 0) p = exact::of(bv.obb.To);
     }
     // d = c + e, |e| <= h; the largest |d| is what a step may say of itself.
-    const Vector3<S> c = random.vectorOfSize(random.size(-6, 1));
+    const fcl::Vector3<S> c = random.vectorOfSize(random.size(-6, 1));
     const S h = random.oneIn(3) ? S(0) : random.size(-6, 1);
     bounds.extend(rounding::sum(rounding::norm(c), h), S(0));
     const S allowed = bounds.roundingOfMove();

@@ -18,7 +18,7 @@ namespace rounding = adaptive_bvh::rounding;
 
 template <typename S>
 struct Points {
-  std::vector<Vector3<S>> vertices;
+  std::vector<fcl::Vector3<S>> vertices;
   std::vector<fcl::Triangle> triangles;
   std::vector<unsigned> order;
 
@@ -32,7 +32,7 @@ struct Points {
 
 /// Excess of p over the volume in long double, whose rounding is 2,000 times finer than a double's.
 template <typename S>
-long double excess(const fcl::RSS<S>& bv, const Vector3<S>& p) {
+long double excess(const fcl::RSS<S>& bv, const fcl::Vector3<S>& p) {
   using Vector3l = Eigen::Matrix<long double, 3, 1>;
   const Eigen::Matrix<long double, 3, 3> axis = bv.axis.template cast<long double>();
   const Vector3l v = p.template cast<long double>() - bv.To.template cast<long double>();
@@ -47,7 +47,7 @@ long double excess(const fcl::RSS<S>& bv, const Vector3<S>& p) {
 template <typename S>
 class RssFit : public testing::Test {
  protected:
-  using P = Vector3<S>;
+  using P = fcl::Vector3<S>;
 
   S uniform() { return std::uniform_real_distribution<S>(-1, 1)(random_); }
   P point() { return {uniform(), uniform(), uniform()}; }
@@ -91,7 +91,7 @@ TYPED_TEST(RssFit, ContainsEveryCornerExactly) {
             const fcl::RSS<S> bv = points.fit();
             ASSERT_TRUE(bv.axis.allFinite() && bv.To.allFinite());
             ASSERT_TRUE(bv.l[0] >= 0 && bv.l[1] >= 0 && bv.r > 0);
-            for (const Vector3<S>& p : points.vertices) {
+            for (const fcl::Vector3<S>& p : points.vertices) {
               ASSERT_LE(excess(bv, p), 0) << "kind " << kind << ", " << count << " triangles";
               ++corners;
             }
@@ -152,10 +152,11 @@ TYPED_TEST(RssFit, IsTighterThanFcls) {
 TYPED_TEST(RssFit, LiesAlongTheSidesOfASquare) {
   using S = TypeParam;
   for (int round = 0; round < 50; ++round) {
-    const auto pose = randomPose<S>(this->random_, 2);
+    const auto pose = randomPose(this->random_, 2);
     Points<S> points;
-    for (const auto& p : plate<S>(1, 1).vertices) points.vertices.push_back(pose * p);
-    points.triangles = plate<S>(1, 1).triangles;
+    for (const auto& p : plate(1, 1).vertices)
+      points.vertices.push_back((pose * p).template cast<S>());
+    points.triangles = plate(1, 1).triangles;
     points.order = {0, 1};
     EXPECT_NEAR(2, sweptArea(points.fit()), 2000 * rounding::epsilon<S>());
   }
@@ -164,8 +165,8 @@ TYPED_TEST(RssFit, LiesAlongTheSidesOfASquare) {
 // Over a dome a larger sphere lets the rectangle end within the rim: PQP's has twice the surface.
 TYPED_TEST(RssFit, ChoosesTheSphereForADome) {
   using S = TypeParam;
-  const TriangleMesh<S> mesh = dome<S>(24, 12);
-  Points<S> points{mesh.vertices, mesh.triangles, {}};
+  const TriangleMesh mesh = dome(24, 12);
+  Points<S> points{pointsIn<S>(mesh.vertices), mesh.triangles, {}};
   for (unsigned t = 0; t < mesh.triangles.size(); ++t) points.order.push_back(t);
   fcl::detail::BVFitter<fcl::RSS<S>> fitter;
   fitter.set(points.vertices.data(), points.triangles.data(), fcl::BVH_MODEL_TRIANGLES);
@@ -184,7 +185,7 @@ TYPED_TEST(RssFit, HoldsBothFramesOfATwoFrameUpdate) {
     view.triangles = now.triangles.data();
     const auto bv = Volume<fcl::RSS<S>>::fit(view, now.order.data(), int(now.order.size()));
     for (const auto* frame : {&now, &before})
-      for (const Vector3<S>& p : frame->vertices) EXPECT_LE(excess(bv, p), 0);
+      for (const fcl::Vector3<S>& p : frame->vertices) EXPECT_LE(excess(bv, p), 0);
   }
 }
 
@@ -193,16 +194,16 @@ TYPED_TEST(RssFit, RoundingIsOutward) {
   std::uniform_real_distribution<S> exponent(-30, 12);
   for (int round = 0; round < 100000; ++round) {
     const S scale = std::pow(S(10), exponent(this->random_));
-    const Vector3<S> v = this->point() * scale;
+    const fcl::Vector3<S> v = this->point() * scale;
     const long double exact = v.template cast<long double>().norm();
     ASSERT_GE(static_cast<long double>(rounding::norm(v)), exact);
     const S a = std::abs(this->uniform()), b = std::abs(this->uniform()) * scale;
     ASSERT_GE(static_cast<long double>(rounding::sum(a, b)),
               static_cast<long double>(a) + static_cast<long double>(b));
   }
-  EXPECT_EQ(0, rounding::norm<S>(Vector3<S>::Zero()));
+  EXPECT_EQ(0, rounding::norm<S>(fcl::Vector3<S>::Zero()));
   EXPECT_EQ(S(0.7), rounding::sum<S>(S(0.7), 0));
-  const Vector3<S> denormal(std::numeric_limits<S>::denorm_min(), 0, 0);
+  const fcl::Vector3<S> denormal(std::numeric_limits<S>::denorm_min(), 0, 0);
   EXPECT_GE(rounding::norm(denormal), denormal[0]) << "a square that underflows still counts";
 }
 

@@ -15,7 +15,7 @@ namespace rounding = adaptive_bvh::rounding;
 template <typename S>
 class VolumeSums : public testing::Test {
  protected:
-  RandomGeometry<S> random_{5};
+  RandomGeometryOf<S> random_{5};
 };
 
 using Scalars = testing::Types<float, double>;
@@ -30,7 +30,7 @@ TYPED_TEST(VolumeSums, BoundAVolumesPoints) {
     const S size = this->random_.size(-6, 6);
     fcl::RSS<S> bv = this->random_.volume(size, size * this->random_.size(-2, 2));
     const auto swept = V::parallelogram(bv);
-    const Vector3<S> u = this->random_.direction();
+    const fcl::Vector3<S> u = this->random_.direction();
     const exact::Point along = exact::of(u);
     Real farthest = -std::numeric_limits<Real>::max();
     for (const auto& half : exact::rectangle(bv))

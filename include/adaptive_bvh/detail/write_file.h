@@ -4,7 +4,8 @@
 #include <iosfwd>
 #include <string>
 
-namespace adaptive_bvh {
+// Not part of the interface: shared by the library, its components and its Python module.
+namespace adaptive_bvh::detail {
 
 /// Writes a file as a whole: `write` fills a new file in the same folder, which then takes the
 /// place and the permissions of the file at `path`. If anything fails, a full disk for example, the
@@ -18,4 +19,4 @@ namespace adaptive_bvh {
 /// written; and what `write` throws, unless its stream has failed.
 void writeFile(const std::string& path, const std::function<void(std::ostream&)>& write);
 
-}  // namespace adaptive_bvh
+}  // namespace adaptive_bvh::detail
