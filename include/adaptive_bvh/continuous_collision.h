@@ -36,6 +36,7 @@
 /// memory, so a steady step allocates nothing on one thread.
 ///
 /// Throws std::invalid_argument
+/// - if a motion is that of a shape, or its path is a screw (motion_clearance.h takes these);
 /// - if a distance is negative, infinite or not a number;
 /// - if previous positions are needed and the mesh has none (Motion);
 /// - if the number of positions is not that of the vertices;
@@ -44,53 +45,80 @@
 /// - if a pair names a feature that does not exist.
 namespace adaptive_bvh {
 
-/// Motion of a mesh between two frames. Refers to the mesh and to positions that are given as
-/// vectors or pointers; these must outlive it.
+/// How the frame of a body goes from one transform to another.
+enum class FramePath {
+  Straight,  ///< each point on a straight line in the world: a body that turns shrinks in between
+  /// Turning about an axis by at most half a turn, and moving along the axis. The rotation is the
+  /// one nearest to the rotation between both transforms; rounding decides the direction of half a
+  /// turn.
+  Screw,
+};
+
+/// Motion of a mesh or a shape from t = 0 to 1. Refers to the body, and to positions that are given
+/// as vectors or pointers; these must outlive it. The functions of this file take meshes on
+/// straight paths; those of motion_clearance.h take all motions.
 struct Motion {
-  using Mesh = DeformableMesh;                          ///< the mesh that moves
+  using Mesh = DeformableMesh;                          ///< a mesh that moves
+  using Geometry = fcl::CollisionGeometryd;             ///< a mesh, or a shape of FCL's
   using Point = fcl::Vector3d;                          ///< x, y, z in the mesh's frame
-  using Transform = fcl::Transform3d;                   ///< places the mesh in the world
+  using Transform = fcl::Transform3d;                   ///< places the body in the world
   using Positions = std::array<std::vector<Point>, 2>;  ///< at the start and at the end
 
   /// From mesh.previousVertices() to mesh.vertices(), as updateTwoFrames leaves them; from one
   /// transform to another.
   explicit Motion(const Mesh& moving, const Transform& from_tf = Transform::Identity(),
-                  const Transform& to_tf = Transform::Identity());
+                  const Transform& to_tf = Transform::Identity(),
+                  FramePath frame_path = FramePath::Straight);
   /// Between positions of the caller, one per vertex in order; they may be the mesh's own arrays.
   Motion(const Mesh& moving, const Point* from, const Point* to, std::size_t count,
          const Transform& from_tf = Transform::Identity(),
-         const Transform& to_tf = Transform::Identity());
+         const Transform& to_tf = Transform::Identity(),
+         FramePath frame_path = FramePath::Straight);
   /// From vectors.
   Motion(const Mesh& moving, const std::vector<Point>& from, const std::vector<Point>& to,
          const Transform& from_tf = Transform::Identity(),
-         const Transform& to_tf = Transform::Identity());
+         const Transform& to_tf = Transform::Identity(),
+         FramePath frame_path = FramePath::Straight);
   /// From matrices with a vertex a row or a column (PointArray): copies them.
   template <typename From, typename To>
   Motion(const Mesh& moving, const Eigen::MatrixBase<From>& from, const Eigen::MatrixBase<To>& to,
          const Transform& from_tf = Transform::Identity(),
-         const Transform& to_tf = Transform::Identity())
+         const Transform& to_tf = Transform::Identity(), FramePath frame_path = FramePath::Straight)
       : Motion(moving,
                std::make_shared<const Positions>(
                    Positions{detail::pointsOf(from), detail::pointsOf(to)}),
-               from_tf, to_tf) {}
+               from_tf, to_tf, frame_path) {}
   /// Between positions at the start and at the end that this motion and its copies keep.
   Motion(const Mesh& moving, std::shared_ptr<const Positions> from_and_to,
          const Transform& from_tf = Transform::Identity(),
-         const Transform& to_tf = Transform::Identity());
+         const Transform& to_tf = Transform::Identity(),
+         FramePath frame_path = FramePath::Straight);
   /// Deleted: temporary vectors would be destroyed before the query.
   Motion(const Mesh&, std::vector<Point>&&, const std::vector<Point>&,
-         const Transform& = Transform::Identity(),
-         const Transform& = Transform::Identity()) = delete;
+         const Transform& = Transform::Identity(), const Transform& = Transform::Identity(),
+         FramePath = FramePath::Straight) = delete;
   Motion(const Mesh&, const std::vector<Point>&, std::vector<Point>&&,
-         const Transform& = Transform::Identity(),
-         const Transform& = Transform::Identity()) = delete;
+         const Transform& = Transform::Identity(), const Transform& = Transform::Identity(),
+         FramePath = FramePath::Straight) = delete;
+  /// A body that keeps its shape: a shape, or a mesh with the positions that it has when a query
+  /// reads them.
+  static Motion rigid(const Geometry& body, const Transform& from_tf = Transform::Identity(),
+                      const Transform& to_tf = Transform::Identity(),
+                      FramePath frame_path = FramePath::Straight);
 
-  const Mesh* mesh;                       ///< the mesh whose triangles define the features
-  const Point* start;                     ///< positions at t = 0, in the mesh's frame
-  const Point* end;                       ///< positions at t = 1
-  Transform start_tf;                     ///< of the mesh at t = 0
-  Transform end_tf;                       ///< of the mesh at t = 1
+  const Geometry* geometry;               ///< the body
+  const Mesh* mesh;                       ///< the body if it is a mesh; else null
+  const Point* start = nullptr;           ///< positions at t = 0; null for the mesh's present ones
+  const Point* end = nullptr;             ///< positions at t = 1; null for the mesh's present ones
+  Transform start_tf;                     ///< of the body at t = 0
+  Transform end_tf;                       ///< of the body at t = 1
+  FramePath path;                         ///< between both
   std::shared_ptr<const Positions> kept;  ///< positions that this motion owns; else null
+
+ private:
+  Motion(const Geometry& body, const Mesh* as_mesh, const Transform& from_tf,
+         const Transform& to_tf, FramePath frame_path)
+      : geometry(&body), mesh(as_mesh), start_tf(from_tf), end_tf(to_tf), path(frame_path) {}
 };
 
 /// Two features that come together.

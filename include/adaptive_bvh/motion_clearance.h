@@ -3,7 +3,6 @@
 #include <array>
 #include <cstddef>
 #include <limits>
-#include <optional>
 #include <vector>
 
 #include "adaptive_bvh/continuous_collision.h"
@@ -23,7 +22,8 @@
 /// continuous_collision.h. So do the points of a shape; of a plane or half-space, the normal and
 /// the offset change evenly. With FramePath::Screw the frame of a body turns at a constant rate
 /// about an axis, and moves along it at a constant speed: bodies that turn keep their shape.
-/// Vertices may move in that frame, too, on straight lines.
+/// Vertices may move in that frame, too, on straight lines. Motion::rigid is the motion of a shape,
+/// or of a mesh that keeps its shape.
 ///
 /// **Answers** are bounds that hold for every time from 0 to 1, not for a sample of times, despite
 /// rounding (docs/bounds.md, 22). The lower and the upper bound differ by at most the tolerance.
@@ -48,38 +48,6 @@
 /// **Threads.** Thread-safe on shared meshes. A query runs on the calling thread.
 namespace adaptive_bvh {
 
-/// How the frame of a body goes from one transform to another.
-enum class FramePath {
-  Straight,  ///< each point on a straight line in the world: a body that turns shrinks in between
-  /// Turning about an axis by at most half a turn, and moving along the axis. The rotation is the
-  /// one nearest to the rotation between both transforms; rounding decides the direction of half a
-  /// turn.
-  Screw,
-};
-
-/// The motion of a mesh or a shape. Refers to both, and to the positions.
-struct BodyMotion {
-  using Geometry = fcl::CollisionGeometryd;  ///< a DeformableMesh, or a shape of FCL's
-  using Transform = fcl::Transform3d;        ///< places the body in the world
-
-  /// A mesh that may deform.
-  BodyMotion(const Motion& mesh_motion, FramePath frame_path = FramePath::Straight)
-      : mesh(mesh_motion),
-        start_tf(mesh_motion.start_tf),
-        end_tf(mesh_motion.end_tf),
-        path(frame_path) {}
-  /// A mesh with its present positions, or a shape.
-  BodyMotion(const Geometry& moving, const Transform& from_tf, const Transform& to_tf,
-             FramePath frame_path = FramePath::Straight)
-      : geometry(&moving), start_tf(from_tf), end_tf(to_tf), path(frame_path) {}
-
-  std::optional<Motion> mesh;          ///< if vertices may move in the frame
-  const Geometry* geometry = nullptr;  ///< if not
-  Transform start_tf;                  ///< at t = 0
-  Transform end_tf;                    ///< at t = 1
-  FramePath path;                      ///< between both
-};
-
 /// The least distance of two bodies over a motion.
 struct MotionClearance {
   /// The bodies are at least so far apart at all times. 0 if they meet.
@@ -90,8 +58,9 @@ struct MotionClearance {
   /// When that is. If they meet, the time of the first impact: before it they are apart; at it they
   /// meet, or are nearer than 1e-10 of their coordinates (1e-7 for shapes).
   double time = 0;
-  /// The triangles that are so near: of the first body and of the second; -1 for a shape.
-  std::array<int, 2> triangles = {-1, -1};
+  /// The triangles that are so near: of the first body and of the second; -1 for a shape. In a
+  /// scene, for an octree the number of the cell.
+  std::array<int, 2> elements = {-1, -1};
   /// Nearest points of these at `time`.
   std::array<fcl::Vector3d, 2> points = {
       fcl::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()),
@@ -114,39 +83,28 @@ struct MotionInterval {
 /// Returns the least distance of two bodies over their motions. If they are at least `limit` apart
 /// at all times, that is all that the search finds out: `lower` is the limit, and `upper` infinite.
 /// A limit saves time where a distance is known already.
-MotionClearance leastDistance(const BodyMotion& first, const BodyMotion& second, double tolerance,
+MotionClearance leastDistance(const Motion& first, const Motion& second, double tolerance,
                               double limit = std::numeric_limits<double>::infinity());
-/// Of two meshes whose vertices move on straight lines.
-inline MotionClearance leastDistance(const Motion& first, const Motion& second, double tolerance,
-                                     double limit = std::numeric_limits<double>::infinity()) {
-  return leastDistance(BodyMotion(first), BodyMotion(second), tolerance, limit);
-}
 
 /// Finds the times at which two bodies are nearer than `distance`: disjoint intervals in order.
 /// Outside of them the bodies are at least `distance` apart. At every time inside they are at most
 /// `distance` + `tolerance` apart. With a distance of 0 these are the times of contact, which are
 /// all inside. `intervals` is overwritten.
-void intervalsBelow(const BodyMotion& first, const BodyMotion& second, double distance,
-                    double tolerance, std::vector<MotionInterval>& intervals);
+void intervalsBelow(const Motion& first, const Motion& second, double distance, double tolerance,
+                    std::vector<MotionInterval>& intervals);
 
 /// Returns the least distance of a mesh to itself over its motion: of all pairs of triangles
 /// without a common vertex that are not ignored. `ignored.neighbours` is SharedVertex.
 /// `ignored.surface` mostly is needed: triangles with one triangle between them are near.
-MotionClearance selfLeastDistance(const BodyMotion& mesh, const Ignored& ignored, double tolerance);
-/// Of a mesh whose vertices move on straight lines.
-inline MotionClearance selfLeastDistance(const Motion& mesh, const Ignored& ignored,
-                                         double tolerance) {
-  return selfLeastDistance(BodyMotion(mesh), ignored, tolerance);
-}
+MotionClearance selfLeastDistance(const Motion& mesh, const Ignored& ignored, double tolerance);
 /// Of a mesh at its present positions, in its own frame.
 inline MotionClearance selfLeastDistance(const DeformableMesh& mesh, const Ignored& ignored,
                                          double tolerance) {
-  const fcl::Transform3d identity = fcl::Transform3d::Identity();
-  return selfLeastDistance(BodyMotion(mesh, identity, identity), ignored, tolerance);
+  return selfLeastDistance(Motion::rigid(mesh), ignored, tolerance);
 }
 
 /// Finds the times at which a mesh is nearer to itself than `distance`, as for two bodies.
-void selfIntervalsBelow(const BodyMotion& mesh, const Ignored& ignored, double distance,
+void selfIntervalsBelow(const Motion& mesh, const Ignored& ignored, double distance,
                         double tolerance, std::vector<MotionInterval>& intervals);
 
 }  // namespace adaptive_bvh

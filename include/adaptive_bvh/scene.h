@@ -200,8 +200,9 @@ struct SceneAccess;
 
 /// Two bodies and their least distance over the step.
 struct SceneClearance {
-  BodyPair bodies = {0, 0};   ///< the body of the call comes first
-  MotionClearance clearance;  ///< triangles and points in the order of the bodies
+  BodyPair bodies = {0, 0};  ///< the body of the call comes first
+  /// Triangles and points in the order of the bodies; of an octree the number of the cell.
+  MotionClearance clearance;
 
   /// Whether there is a pair.
   bool exists() const { return clearance.exists(); }
@@ -329,8 +330,8 @@ class Scene {
   /// beginStep to the present ones, vertices from DeformableMesh::previousVertices to the present
   /// ones (they stand still if there are no previous ones). As in continuous_collision.h, each
   /// point of a mesh, shape or cell moves on a straight line, so a body that turns shrinks a little
-  /// in between. The normal and the offset of a plane or half-space change evenly. Two of these
-  /// that turn have met at time 0.
+  /// in between. The normal and the offset of a plane or half-space change evenly. Pairs of two of
+  /// these are left out, here and in the functions below.
   ///
   /// For two meshes, the time is that of adaptive_bvh::earliestImpact. For others it is never late,
   /// despite rounding, and early by the time in which the two approach by 1e-10 of their
@@ -349,25 +350,30 @@ class Scene {
   /// Returns the body that comes nearest to `body` during the step, which is the motion of
   /// earliestImpact, and their least distance. The bounds differ by at most `tolerance`, and all
   /// other bodies stay at least `upper` - `tolerance` away. With FramePath::Screw, bodies go from
-  /// one transform to the other on screws. Throws like adaptive_bvh::leastDistance, and
-  /// std::invalid_argument if the body is an octree, or one may pair with it by groups, ignored
-  /// pairs and filter, however far it is. Pairs of two planes or half-spaces are left out. Starts
-  /// from the pair that `nearest` or this call has kept, and keeps its own.
+  /// one transform to the other on screws. Throws like adaptive_bvh::leastDistance. Starts from the
+  /// pair that `nearest` or this call has kept, and keeps its own.
   SceneClearance leastDistance(BodyId body, double tolerance, FramePath path = FramePath::Straight);
   /// Of a const scene: keeps nothing.
   SceneClearance leastDistance(BodyId body, double tolerance,
                                FramePath path = FramePath::Straight) const;
   /// Finds the k bodies that come nearest to `body`, by increasing upper bound, then id; fewer if
   /// there are fewer. All others stay at least the last upper bound less `tolerance` away.
+  void leastDistances(BodyId body, std::size_t k, double tolerance, FramePath path,
+                      std::vector<SceneClearance>& result) const;
+  /// On straight paths.
   void leastDistances(BodyId body, std::size_t k, double tolerance,
-                      std::vector<SceneClearance>& result,
-                      FramePath path = FramePath::Straight) const;
+                      std::vector<SceneClearance>& result) const {
+    leastDistances(body, k, tolerance, FramePath::Straight, result);
+  }
   /// Finds all pairs of bodies that come nearer than `distance`, and when: as
   /// adaptive_bvh::intervalsBelow does for each pair. Returns the number of pairs; `result` is
-  /// overwritten. Bodies with themselves are left out. Throws std::invalid_argument if an octree
-  /// may pair with a body.
-  std::size_t intervalsBelow(double distance, double tolerance, SceneIntervals& result,
-                             FramePath path = FramePath::Straight) const;
+  /// overwritten. Bodies with themselves are left out.
+  std::size_t intervalsBelow(double distance, double tolerance, FramePath path,
+                             SceneIntervals& result) const;
+  /// On straight paths.
+  std::size_t intervalsBelow(double distance, double tolerance, SceneIntervals& result) const {
+    return intervalsBelow(distance, tolerance, FramePath::Straight, result);
+  }
 
   // ---- Rays
 

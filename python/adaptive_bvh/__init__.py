@@ -28,7 +28,6 @@ snapshot that has a lock of its own. Do not write into an array while a call rea
 
 from . import _core
 from ._core import (
-    BodyMotion,
     BodyOptions,
     Box,
     Capsule,
@@ -144,7 +143,6 @@ from ._recording import Recording  # noqa: E402
 _classes.complete()
 
 __all__ = [
-    "BodyMotion",
     "BodyOptions",
     "Box",
     "Capsule",

@@ -870,7 +870,15 @@ class Motion:
         end: Union[_Array, None] = None,
         start_tf: _Pose = None,
         end_tf: _Pose = None,
+        path: str = "straight",
     ) -> None: ...
+    @staticmethod
+    def rigid(
+        body: _Object,
+        start_tf: _Pose = None,
+        end_tf: _Pose = None,
+        path: str = "straight",
+    ) -> Motion: ...
 
 class Impact:
     @property
@@ -940,15 +948,6 @@ class TrustRegion:
     @property
     def num_pairs(self) -> int: ...
 
-class BodyMotion:
-    def __init__(
-        self,
-        body: Union[_Object, Motion],
-        start_tf: _Pose = None,
-        end_tf: _Pose = None,
-        path: str = "straight",
-    ) -> None: ...
-
 class MotionClearance:
     @property
     def lower(self) -> float: ...
@@ -957,13 +956,13 @@ class MotionClearance:
     @property
     def time(self) -> float: ...
     @property
-    def triangles(self) -> _Ints: ...
+    def elements(self) -> _Ints: ...
     @property
     def points(self) -> _Floats: ...
     @property
     def meets(self) -> bool: ...
 
-_Moving: TypeAlias = Union[Motion, BodyMotion, DeformableMesh]
+_Moving: TypeAlias = Union[Motion, _Object]
 
 def least_distance(
     first: _Moving, second: _Moving, tolerance: float, limit: float = ...
@@ -1038,7 +1037,6 @@ class Recording:
     def num_bytes(self) -> int: ...
 
 __all__ = [
-    "BodyMotion",
     "BodyOptions",
     "Box",
     "Capsule",

@@ -13,14 +13,26 @@ namespace adaptive_bvh::python {
 // `distance` is a length: features that are so near have come together.
 namespace docs {
 constexpr const char* kMotion =
-    R"(How a mesh moves between two frames: every vertex on a straight line in the world, from its
-position at the start (t = 0) to that at the end (t = 1). Keeps copies of both, and the mesh alive.)";
+    R"(How a mesh or a shape moves from t = 0 to 1. With the path 'straight' every point moves on a
+straight line in the world, so a body that turns shrinks in between. With 'screw' the body turns
+about an axis by at most half a turn, and moves along the axis; vertices may move in its frame.
+
+Keeps copies of positions, and the body alive. Functions of features, such as earliest_impact, take
+meshes on straight paths; least_distance and intervals_below take all motions.)";
 
 constexpr const char* kMotionInit =
     R"(mesh: its triangles say what moves.
 start, end: (num_vertices, 3), in the mesh's frame. Without `start`, the positions before the last
     update, which must be update_two_frames (else ValueError); without `end`, the present positions.
-start_tf, end_tf: poses that place the mesh in the world at both times.)";
+start_tf, end_tf: poses that place the mesh in the world at both times.
+path: 'straight' or 'screw'.)";
+
+constexpr const char* kRigid =
+    R"(The motion of a body that keeps its shape.
+
+body: a shape, or a DeformableMesh with the positions that it has when a query reads them.
+start_tf, end_tf: poses that place the body in the world at both times.
+path: 'straight' or 'screw'.)";
 
 constexpr const char* kCandidates =
     R"(All pairs of features that may come as near as `distance`, a length: others cannot.
@@ -110,11 +122,13 @@ py::tuple pairOf(const Impact& impact) {
 }
 
 void bindMotion(py::module_& module) {
-  py::class_<MeshMotion>(module, "Motion", docs::kMotion)
+  py::class_<MovingObject>(module, "Motion", docs::kMotion)
       .def(py::init<const LockedMesh&, const py::object&, const py::object&, const py::object&,
-                    const py::object&>(),
+                    const py::object&, const std::string&>(),
            "mesh"_a, "start"_a = py::none(), "end"_a = py::none(), "start_tf"_a = py::none(),
-           "end_tf"_a = py::none(), docs::kMotionInit);
+           "end_tf"_a = py::none(), "path"_a = "straight", docs::kMotionInit)
+      .def_static("rigid", &MovingObject::rigid, "body"_a, "start_tf"_a = py::none(),
+                  "end_tf"_a = py::none(), "path"_a = "straight", docs::kRigid);
   ResultClass<Impact> impact(module, "Impact", "Two features that come together first.");
   impact
       .attribute("time", &Impact::time,
@@ -161,21 +175,25 @@ void define(py::module_& module, const std::string& name, const Query& query, co
             const char* doc_within_one, const Names&... names) {
   module.def(
       name.c_str(),
-      [query](const MeshMotion& first, const MeshMotion& second, const Others&... others,
+      [query](const MovingObject& first, const MovingObject& second, const Others&... others,
               double distance) { return query(others..., distance, first, second); },
       "first"_a, "second"_a, names..., "distance"_a = 0.0, doc);
   module.def(("self_" + name).c_str(),
-             [query](const MeshMotion& mesh, const Others&... others, double distance) {
+             [query](const MovingObject& mesh, const Others&... others, double distance) {
                return query(others..., distance, mesh);
              },
              "mesh"_a, names..., "distance"_a = 0.0, doc_within_one);
 }
 
 /// The meshes of a motion, or of two: which has the first feature of a pair, and which the second.
-const LockedMesh& firstMesh(const MeshMotion& first) { return first.mesh(); }
-const LockedMesh& firstMesh(const MeshMotion& first, const MeshMotion&) { return first.mesh(); }
-const LockedMesh& secondMesh(const MeshMotion& only) { return only.mesh(); }
-const LockedMesh& secondMesh(const MeshMotion&, const MeshMotion& second) { return second.mesh(); }
+const LockedMesh& firstMesh(const MovingObject& first) { return first.meshWithFeatures(); }
+const LockedMesh& firstMesh(const MovingObject& first, const MovingObject&) {
+  return firstMesh(first);
+}
+const LockedMesh& secondMesh(const MovingObject& only) { return only.meshWithFeatures(); }
+const LockedMesh& secondMesh(const MovingObject&, const MovingObject& second) {
+  return secondMesh(second);
+}
 
 void bindCandidates(py::module_& module) {
   const auto query = [](double distance, const auto&... motions) {
@@ -220,14 +238,14 @@ void bindEarliestImpact(py::module_& module) {
 
 /// A number for each vertex, by query(motion, distance, numbers); and of two motions.
 template <typename Query>
-py::object numbersOf(const Query& query, double distance, const MeshMotion& motion) {
+py::object numbersOf(const Query& query, double distance, const MovingObject& motion) {
   std::vector<double> numbers;
   queryMotions([&](const auto& m) { query(m, distance, numbers); }, motion);
   return adopt(std::move(numbers));
 }
 template <typename Query>
-py::object numbersOf(const Query& query, double distance, const MeshMotion& first,
-                     const MeshMotion& second) {
+py::object numbersOf(const Query& query, double distance, const MovingObject& first,
+                     const MovingObject& second) {
   std::vector<double> of_first, of_second;
   queryMotions([&](const auto& a, const auto& b) { query(a, b, distance, of_first, of_second); },
                first, second);

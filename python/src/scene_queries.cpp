@@ -41,7 +41,7 @@ constexpr const char* kSceneLeastDistance =
 stay at least upper - tolerance away.
 
 tolerance: a length, the largest difference of both bounds.
-path: 'straight' or 'screw', as of BodyMotion, for all bodies.)";
+path: 'straight' or 'screw', as of Motion, for all bodies.)";
 
 constexpr const char* kSceneLeastDistances =
     R"(The k bodies that come nearest to one in the step: a list of SceneClearance, by increasing upper
@@ -65,7 +65,7 @@ std::vector<SceneClearance> leastDistancesOf(const LockedScene& scene, BodyId bo
                                              double tolerance, const std::string& path_name) {
   const FramePath path = framePath(path_name);
   return find<std::vector<SceneClearance>>(scene, [&](auto& found, const Scene& s) {
-    s.leastDistances(body, k, tolerance, found, path);
+    s.leastDistances(body, k, tolerance, path, found);
   });
 }
 
@@ -73,7 +73,7 @@ py::list intervalsInScene(const LockedScene& scene, double distance, double tole
                           const std::string& path_name) {
   const FramePath path = framePath(path_name);
   const auto found = find<SceneIntervals>(scene, [&](auto& result, const Scene& s) {
-    s.intervalsBelow(distance, tolerance, result, path);
+    s.intervalsBelow(distance, tolerance, path, result);
   });
   py::list pairs;
   for (std::size_t i = 0; i < found.pairs.size(); ++i) {

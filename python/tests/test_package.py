@@ -203,7 +203,7 @@ def test_contact_signs(capsys, monkeypatch, page):
     np.testing.assert_allclose(contacts.normals, [[0, 0, -1]] * len(contacts), atol=1e-12)
     frame = Page(page.read_text()).frame(2)
     assert [arrows["label"] for arrows in frame["arrows"]] == ["force on the ring, N", "normal"]
-    assert frame["bodies"][0]["clearance"]["low"] == pytest.approx(-0.03)
+    assert frame["bodies"][0]["vertexDistances"]["low"] == pytest.approx(-0.03)
 
 
 def test_example(capsys):

@@ -79,7 +79,7 @@ def test_every_result_shows_its_values():
               "Convex",
               "Shape", "DeformableMesh", "Scene", "Motion", "Recording", "MeshLoadError",
               "CoherentDistance", "CoherentProximity", "ContactSet", "ContactTracker", "TrustRegion",
-              "BodyMotion", "SurfaceNeighbourhood", "Ignored"}
+              "SurfaceNeighbourhood", "Ignored"}
     classes = {n for n in ab.__all__ if isinstance(getattr(ab, n), type)}
     assert seen == classes - others
 

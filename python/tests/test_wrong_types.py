@@ -118,7 +118,7 @@ def test_what_is_no_mesh_yet_says_how_it_becomes_one(elsewhere):
 
 @pytest.mark.parametrize("make", [
     ab.DeformableMesh, ab.SurfaceNeighbourhood, lambda body: ab.Scene().add(body),
-    lambda body: ab.distance(MESH, body), lambda body: ab.collide(body, MESH), ab.BodyMotion,
+    lambda body: ab.distance(MESH, body), lambda body: ab.collide(body, MESH), ab.Motion.rigid,
     lambda body: ab.closest_point(body, [0, 0, 0]), lambda body: ab.ContactSet(body, 0.1)])
 def test_the_hint_names_what_works(make, tmp_path):
     path = tmp_path / "ball.obj"
@@ -173,7 +173,7 @@ def test_a_contact_set_refuses_what_it_does_not_keep(kind):
 
 @pytest.mark.parametrize("thing", [
     ab.ContactSet(MESH, 0.1), ab.CoherentDistance(MESH, OTHER), ab.CoherentProximity(MESH, OTHER),
-    ab.TrustRegion(MESH, 0.1), OF_TYPE["Motion"], ab.BodyMotion(MESH), ab.ContactTracker(),
+    ab.TrustRegion(MESH, 0.1), OF_TYPE["Motion"], ab.ContactTracker(),
     ab.SurfaceNeighbourhood(MESH)], ids=lambda thing: type(thing).__name__)
 @pytest.mark.parametrize("make", [copy.copy, copy.deepcopy, pickle.dumps])
 def test_what_cannot_be_copied_says_what_to_do(thing, make):

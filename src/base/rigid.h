@@ -58,8 +58,8 @@ inline void requireTolerance(double tolerance) { requireDistance(tolerance, "tol
 
 inline void requireSeparation(double separation) {
   if (!(separation >= 0) || !std::isfinite(separation))
-    throw std::invalid_argument("adaptive_bvh, continuous collision: the distance is " +
-                                textOf(separation) + "; 0 or a positive length is needed");
+    throw std::invalid_argument("adaptive_bvh: the distance is " + textOf(separation) +
+                                "; 0 or a positive, finite length is needed");
 }
 
 }  // namespace adaptive_bvh

@@ -17,9 +17,9 @@ namespace {
 
 using Vector = fcl::Vector3d;
 
-/// The index of a triangle, given by its leaf index; -1 for a shape.
+/// The index of a triangle, given by its leaf index, or the number of a cell; -1 for a shape.
 int indexOfPart(const MovingBody& body, unsigned part) {
-  return body.mesh() ? body.mesh()->tree.triangle(part) : -1;
+  return body.mesh() ? body.mesh()->tree.triangle(part) : body.cell();
 }
 
 /// Whether a body stands still.
@@ -37,7 +37,7 @@ class LeastDistance {
       : query_(query),
         best_(best),
         is_still_(isStill(query.first.body) && isStill(query.second.body)) {
-    if (best.triangles[0] >= 0) direction_ = (best.points[1] - best.points[0]).stableNormalized();
+    if (best.elements[0] >= 0) direction_ = (best.points[1] - best.points[0]).stableNormalized();
   }
 
   double limit() const { return best_.upper - query_.tolerance; }
@@ -79,8 +79,8 @@ class LeastDistance {
     if (upper < best_.upper) {
       best_.upper = upper;
       best_.time = at.t;
-      best_.triangles = {indexOfPart(query_.first.body, parts.first),
-                         indexOfPart(query_.second.body, parts.second)};
+      best_.elements = {indexOfPart(query_.first.body, parts.first),
+                        indexOfPart(query_.second.body, parts.second)};
       best_.points = {found.gap.points.first, found.gap.points.second};
       direction_ = found.normal;
       is_improved_ = true;
@@ -140,8 +140,8 @@ class FirstImpact {
     is_found_ = true;
     best_.lower = best_.upper = 0;
     best_.time = latest_;
-    best_.triangles = {indexOfPart(query_.first.body, parts.first),
-                       indexOfPart(query_.second.body, parts.second)};
+    best_.elements = {indexOfPart(query_.first.body, parts.first),
+                      indexOfPart(query_.second.body, parts.second)};
     best_.points = {sample.gap.points.first, sample.gap.points.second};
   }
 
@@ -195,31 +195,36 @@ bool isLeftOut(const ClearanceQuery& query, unsigned i, unsigned j) {
   return isIgnored(*query.ignored, std::min(a, b), std::max(a, b));
 }
 
-int orderOf(const MovingBody& body) { return body.mesh() ? 0 : body.flat() ? 2 : 1; }
+ClearanceQuery queryOf(BoxedBody& first, BoxedBody& second, double tolerance) {
+  const auto orderOf = [](const MovingBody& body) { return body.mesh() ? 0 : body.flat() ? 2 : 1; };
+  const bool swaps = orderOf(first.body) > orderOf(second.body);
+  return {swaps ? second : first, swaps ? first : second, tolerance, nullptr, nullptr, swaps};
+}
 
 void swapBodies(MotionClearance& clearance) {
-  std::swap(clearance.triangles[0], clearance.triangles[1]);
+  std::swap(clearance.elements[0], clearance.elements[1]);
   std::swap(clearance.points[0], clearance.points[1]);
 }
 
-void requireClearance(double clearance) {
-  if (!(clearance >= 0) || !std::isfinite(clearance))
-    throw std::invalid_argument("adaptive_bvh: a clearance is negative or not finite");
+void requireTolerable(double tolerance, double least) {
+  if (!(tolerance > least) || !std::isfinite(tolerance))
+    throw std::invalid_argument("adaptive_bvh: a tolerance of " + textOf(tolerance) +
+                                "; for these bodies it must be finite and above " + textOf(least));
 }
 
 void requireTolerable(const ClearanceQuery& query) {
   if (query.first.body.flat())
     throw std::invalid_argument(
         "adaptive_bvh: the least distance of two planes or half-spaces over a motion");
-  const double least = 1e-12 * (query.first.body.magnitude() + query.second.body.magnitude());
-  if (!(query.tolerance > least) || !std::isfinite(query.tolerance))
-    throw std::invalid_argument("adaptive_bvh: a tolerance of " + textOf(query.tolerance) +
-                                "; for these bodies it must be finite and above " + textOf(least));
+  requireTolerable(query.tolerance,
+                   1e-12 * (query.first.body.magnitude() + query.second.body.magnitude()));
 }
 
 bool lowerClearance(const ClearanceQuery& query, MotionClearance& best) {
   return withPairType(query, [&](auto* pair) {
-    return lowerOf<std::remove_pointer_t<decltype(pair)>>(query, best);
+    if (!lowerOf<std::remove_pointer_t<decltype(pair)>>(query, best)) return false;
+    if (query.is_swapped) swapBodies(best);
+    return true;
   });
 }
 
@@ -231,6 +236,7 @@ bool findFirstImpact(const ClearanceQuery& query, double separation, double late
       walkWith(query, goal, found.box_tests);
     else
       goal.leaf(0, 0, 0, latest);
+    if (goal.isFound() && query.is_swapped) swapBodies(found);
     return goal.isFound();
   });
 }
@@ -252,7 +258,7 @@ void lowerToTriangles(const ClearanceQuery& query, const std::array<int, 2>& tri
     best.upper = upper;
     best.lower = upper - query.tolerance;
     best.time = t;
-    best.triangles = triangles;
+    best.elements = triangles;
     best.points = {gap.points.first, gap.points.second};
   }
 }

@@ -13,15 +13,17 @@ struct ClearanceQuery {
   double tolerance;
   const NeighbourRanges* surface = nullptr;  ///< for a mesh with itself: neighbours to leave out
   const IgnoredPairs* ignored = nullptr;     ///< pairs of triangles, or null
+  bool is_swapped = false;                   ///< whether answers have the second body first
 };
 
+/// The query of two bodies in any order: meshes come first, planes and half-spaces last.
+ClearanceQuery queryOf(BoxedBody& first, BoxedBody& second, double tolerance);
+
+/// Throws std::invalid_argument if a tolerance is not above `least`, or not finite.
+void requireTolerable(double tolerance, double least);
 /// Throws std::invalid_argument if the tolerance is too small for the bodies, or both are planes.
 void requireTolerable(const ClearanceQuery& query);
-/// Throws std::invalid_argument if a clearance is negative or not finite.
-void requireClearance(double clearance);
 
-/// Meshes come before shapes, planes and half-spaces last.
-int orderOf(const MovingBody& body);
 /// Reverses the order of the bodies.
 void swapBodies(MotionClearance& clearance);
 
@@ -37,7 +39,7 @@ void lowerToTriangles(const ClearanceQuery& query, const std::array<int, 2>& tri
 
 /// Finds the first time, not after `latest`, at which the bodies are at most `separation` apart; by
 /// docs/bounds.md, 22, never late, and early where they are nearer than that and 2^-34 of their
-/// extent. Sets found.time and found.triangles. Returns whether there is one.
+/// extent. Sets found.time and found.elements. Returns whether there is one.
 bool findFirstImpact(const ClearanceQuery& query, double separation, double latest,
                      MotionClearance& found);
 

@@ -11,11 +11,24 @@
 namespace adaptive_bvh {
 namespace {
 
-/// Throws std::invalid_argument if a transform is not rigid, and like PlacedMotion.
+/// Throws std::invalid_argument if the motion is not that of a mesh on a straight path, if a
+/// transform is not rigid, and like PlacedMotion.
 PlacedMotion placedMotion(const Motion& motion, PlacedMotion::Memory& memory) {
+  if (!motion.mesh)
+    refuseMotion(
+        "a motion of a shape, which has no features; leastDistance and intervalsBelow "
+        "take it, and so does a mesh of the shape");
+  if (motion.path != FramePath::Straight)
+    refuseMotion(
+        "the path of a motion is a screw; features move on straight lines: divide the "
+        "screw into short straight motions, or use leastDistance");
   requireRigid(motion.start_tf);
   requireRigid(motion.end_tf);
-  return {stateOf(*motion.mesh), motion.start, motion.end, motion.start_tf, motion.end_tf, memory};
+  const MeshState& mesh = stateOf(*motion.mesh);
+  const fcl::Vector3d* const present = motion.start ? nullptr : mesh.vertices.data();
+  const fcl::Vector3d *start = present ? present : motion.start,
+                      *end = present ? present : motion.end;
+  return {mesh, start, end, motion.start_tf, motion.end_tf, memory};
 }
 
 /// Returns run(query) for two meshes, or for one mesh and itself if `second` is null.
@@ -68,12 +81,11 @@ void timesOf(const Motion& first, const Motion* second, const FeaturePairs& pair
 
 }  // namespace
 
-Motion::Motion(const Mesh& moving, const Transform& from_tf, const Transform& to_tf)
-    : mesh(&moving),
-      start(moving.previousVertices().data()),
-      end(moving.vertices().data()),
-      start_tf(from_tf),
-      end_tf(to_tf) {
+Motion::Motion(const Mesh& moving, const Transform& from_tf, const Transform& to_tf,
+               FramePath frame_path)
+    : Motion(moving, &moving, from_tf, to_tf, frame_path) {
+  start = moving.previousVertices().data();
+  end = moving.vertices().data();
   if (moving.previousVertices().empty())
     refuseMotion(
         "the mesh has no positions of the step before: call updateTwoFrames, or give both "
@@ -81,8 +93,10 @@ Motion::Motion(const Mesh& moving, const Transform& from_tf, const Transform& to
 }
 
 Motion::Motion(const Mesh& moving, const Point* from, const Point* to, std::size_t count,
-               const Transform& from_tf, const Transform& to_tf)
-    : mesh(&moving), start(from), end(to), start_tf(from_tf), end_tf(to_tf) {
+               const Transform& from_tf, const Transform& to_tf, FramePath frame_path)
+    : Motion(moving, &moving, from_tf, to_tf, frame_path) {
+  start = from;
+  end = to;
   if (count != moving.vertices().size())
     refuseMotion(std::to_string(count) + " positions for " +
                  std::to_string(moving.vertices().size()) + " vertices");
@@ -90,17 +104,22 @@ Motion::Motion(const Mesh& moving, const Point* from, const Point* to, std::size
 }
 
 Motion::Motion(const Mesh& moving, const std::vector<Point>& from, const std::vector<Point>& to,
-               const Transform& from_tf, const Transform& to_tf)
-    : Motion(moving, from.data(), to.data(), from.size(), from_tf, to_tf) {
+               const Transform& from_tf, const Transform& to_tf, FramePath frame_path)
+    : Motion(moving, from.data(), to.data(), from.size(), from_tf, to_tf, frame_path) {
   if (to.size() != from.size())
     refuseMotion(std::to_string(from.size()) + " positions at the start, " +
                  std::to_string(to.size()) + " at the end");
 }
 
 Motion::Motion(const Mesh& moving, std::shared_ptr<const Positions> from_and_to,
-               const Transform& from_tf, const Transform& to_tf)
-    : Motion(moving, from_and_to->front(), from_and_to->back(), from_tf, to_tf) {
+               const Transform& from_tf, const Transform& to_tf, FramePath frame_path)
+    : Motion(moving, from_and_to->front(), from_and_to->back(), from_tf, to_tf, frame_path) {
   kept = std::move(from_and_to);
+}
+
+Motion Motion::rigid(const Geometry& body, const Transform& from_tf, const Transform& to_tf,
+                     FramePath frame_path) {
+  return {body, dynamic_cast<const Mesh*>(&body), from_tf, to_tf, frame_path};
 }
 
 void candidates(const Motion& first, const Motion& second, double separation, FeaturePairs& pairs) {

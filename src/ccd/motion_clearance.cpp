@@ -5,9 +5,6 @@
 #include <cmath>
 #include <optional>
 #include <stdexcept>
-#include <string>
-#include <type_traits>
-#include <utility>
 
 #include "base/leased.h"
 #include "base/rigid.h"
@@ -20,19 +17,17 @@ namespace {
 
 /// A body of a query.
 struct QueryBody {
-  QueryBody(const BodyMotion& motion, MovingBoxes& memory) {
+  QueryBody(const Motion& motion, MovingBoxes& memory) {
     requireRigid(motion.start_tf);
     requireRigid(motion.end_tf);
-    const fcl::Transform3d &from = motion.start_tf, &to = motion.end_tf;
-    if (motion.mesh) {
-      body.emplace(stateOf(*motion.mesh->mesh), motion.mesh->start, motion.mesh->end,
-                   FrameMotion(from, to, motion.path));
-    } else if (const auto* mesh = dynamic_cast<const DeformableMesh*>(motion.geometry)) {
-      body.emplace(stateOf(*mesh), FrameMotion(from, to, motion.path));
-    } else {
-      shape.emplace(*motion.geometry);
-      body.emplace(**shape, FrameMotion(rotated(from), rotated(to), motion.path));
-    }
+    const FrameMotion frame(motion.start_tf, motion.end_tf, motion.path);
+    if (!motion.mesh)
+      body.emplace(*shape.emplace(*motion.geometry),
+                   FrameMotion(rotated(motion.start_tf), rotated(motion.end_tf), motion.path));
+    else if (motion.start)
+      body.emplace(stateOf(*motion.mesh), motion.start, motion.end, frame);
+    else
+      body.emplace(stateOf(*motion.mesh), frame);
     boxed.emplace(*body, memory);
   }
   QueryBody(const QueryBody&) = delete;
@@ -43,23 +38,19 @@ struct QueryBody {
   std::optional<BoxedBody> boxed;
 };
 
-/// Returns run(query, is_swapped).
+/// Returns run(query).
 template <typename Run>
-auto withBodies(const BodyMotion& first, const BodyMotion& second, double tolerance,
-                const Run& run) {
+auto withBodies(const Motion& first, const Motion& second, double tolerance, const Run& run) {
   const Leased<std::array<MovingBoxes, 2>> memory;
   QueryBody a(first, (*memory)[0]), b(second, (*memory)[1]);
-  const bool swaps = orderOf(*a.body) > orderOf(*b.body);
-  const ClearanceQuery query = {swaps ? *b.boxed : *a.boxed, swaps ? *a.boxed : *b.boxed,
-                                tolerance};
+  const ClearanceQuery query = queryOf(*a.boxed, *b.boxed, tolerance);
   requireTolerable(query);
-  return run(query, swaps);
+  return run(query);
 }
 
 /// Returns run(query) for a mesh with itself.
 template <typename Run>
-auto withItself(const BodyMotion& motion, const Ignored& ignored, double tolerance,
-                const Run& run) {
+auto withItself(const Motion& motion, const Ignored& ignored, double tolerance, const Run& run) {
   const Leased<MovingBoxes> memory;
   QueryBody body(motion, *memory);
   if (!body.body->mesh())
@@ -80,43 +71,40 @@ auto withItself(const BodyMotion& motion, const Ignored& ignored, double toleran
 
 }  // namespace
 
-MotionClearance leastDistance(const BodyMotion& first, const BodyMotion& second, double tolerance,
+MotionClearance leastDistance(const Motion& first, const Motion& second, double tolerance,
                               double limit) {
   if (!(limit >= 0)) throw std::invalid_argument("adaptive_bvh: a limit is negative or NaN");
-  return withBodies(first, second, tolerance, [&](const ClearanceQuery& query, bool is_swapped) {
+  return withBodies(first, second, tolerance, [&](const ClearanceQuery& query) {
     MotionClearance best;
     best.upper = limit + tolerance;
     if (best.upper - tolerance < limit)
       best.upper = std::nextafter(best.upper, std::numeric_limits<double>::infinity());
     if (!lowerClearance(query, best)) best.upper = std::numeric_limits<double>::infinity();
-    if (is_swapped) swapBodies(best);
     return best;
   });
 }
 
-void intervalsBelow(const BodyMotion& first, const BodyMotion& second, double clearance,
-                    double tolerance, std::vector<MotionInterval>& intervals) {
-  requireClearance(clearance);
-  withBodies(first, second, tolerance, [&](const ClearanceQuery& query, bool) {
-    findIntervalsBelow(query, clearance, intervals);
-  });
+void intervalsBelow(const Motion& first, const Motion& second, double distance, double tolerance,
+                    std::vector<MotionInterval>& intervals) {
+  requireSeparation(distance);
+  withBodies(first, second, tolerance,
+             [&](const ClearanceQuery& query) { findIntervalsBelow(query, distance, intervals); });
 }
 
-MotionClearance selfLeastDistance(const BodyMotion& mesh, const Ignored& ignored,
-                                  double tolerance) {
+MotionClearance selfLeastDistance(const Motion& mesh, const Ignored& ignored, double tolerance) {
   return withItself(mesh, ignored, tolerance, [](const ClearanceQuery& query) {
     MotionClearance best;
     lowerClearance(query, best);
-    if (best.triangles[0] > best.triangles[1]) swapBodies(best);
+    if (best.elements[0] > best.elements[1]) swapBodies(best);
     return best;
   });
 }
 
-void selfIntervalsBelow(const BodyMotion& mesh, const Ignored& ignored, double clearance,
+void selfIntervalsBelow(const Motion& mesh, const Ignored& ignored, double distance,
                         double tolerance, std::vector<MotionInterval>& intervals) {
-  requireClearance(clearance);
+  requireSeparation(distance);
   withItself(mesh, ignored, tolerance,
-             [&](const ClearanceQuery& query) { findIntervalsBelow(query, clearance, intervals); });
+             [&](const ClearanceQuery& query) { findIntervalsBelow(query, distance, intervals); });
 }
 
 }  // namespace adaptive_bvh

@@ -80,8 +80,8 @@ MovingBody::MovingBody(const MeshState& mesh, const FrameMotion& frame)
   if (frame_.isScrew()) setAcceleration(0);
 }
 
-MovingBody::MovingBody(const Solid& solid, const FrameMotion& frame)
-    : solid_(&solid), frame_(frame), from_(frame.at(0)), to_(frame.at(1)) {
+MovingBody::MovingBody(const Solid& solid, const FrameMotion& frame, int cell)
+    : solid_(&solid), cell_(cell), frame_(frame), from_(frame.at(0)), to_(frame.at(1)) {
   if (const FlatSolid* const plane = flat()) {
     magnitude_ = std::fabs(plane->offset()) + frame_.reach();
     return;

@@ -18,12 +18,14 @@ class MovingBody {
              const FrameMotion& frame);
   /// A mesh with its present positions.
   MovingBody(const MeshState& mesh, const FrameMotion& frame);
-  MovingBody(const Solid& solid, const FrameMotion& frame);
+  /// A shape, or a cell of an octree with its number.
+  MovingBody(const Solid& solid, const FrameMotion& frame, int cell = -1);
 
   /// Null for a shape.
   const MeshState* mesh() const { return mesh_; }
   /// Null for a mesh.
   const Solid* solid() const { return solid_; }
+  int cell() const { return cell_; }  ///< -1 for a mesh or a shape
   /// The plane or half-space; null for other bodies.
   const FlatSolid* flat() const { return solid_ ? solid_->flat() : nullptr; }
   const FrameMotion& frame() const { return frame_; }
@@ -81,6 +83,7 @@ class MovingBody {
 
   const MeshState* mesh_ = nullptr;
   const Solid* solid_ = nullptr;
+  int cell_ = -1;
   const fcl::Vector3d *start_ = nullptr, *end_ = nullptr;
   FrameMotion frame_;
   FrameAt from_, to_;

@@ -107,14 +107,39 @@ QueryObject BodyGeometry::at(const fcl::Transform3d& tf) const {
   return isMesh() ? QueryObject(meshIn(*geometry_), tf) : QueryObject(*geometry_, tf);
 }
 
-WorldBox sweptBox(const Body& body) {
+FrameBoxes::FrameBoxes(const FrameMotion& motion)
+    : motion_(motion), parts_(motion.isScrew() ? kParts : 1) {
+  for (int i = 0; i <= parts_; ++i) at_[i] = motion.at(double(i) / parts_);
+}
+
+WorldBox FrameBoxes::around(const Vector3d& middle, const Vector3d& half, double radius) const {
+  const double size = half.norm();
+  const double arc = motion_.acceleration(at_[0](middle), size, 0) / (8 * kParts * kParts);
+  const double margin = radius + arc + 1e-12 * (middle.norm() + size + radius + motion_.reach());
+  WorldBox box;
+  for (int i = 0; i <= parts_; ++i) {
+    const Vector3d center = at_[i](middle),
+                   sides = rotatedHalf(at_[i].linear, half) + Vector3d::Constant(margin);
+    const WorldBox now = {center - sides, center + sides};
+    box = i == 0 ? now : aroundBoth(box, now);
+  }
+  return box;
+}
+
+WorldBox sweptBox(const Body& body, FramePath path) {
   const bool is_deformed = body.isMesh() && !body.mesh().previous.empty();
   if (!body.box.isBounded() || (!is_deformed && body.start_tf.matrix() == body.tf.matrix()))
     return body.box;
-  const WorldBox start = boxAround(body, body.start_tf);
   // Previous positions are near the present ones. Transforms may be off a rotation by 1e-3.
   const double change = is_deformed ? 1.01 * body.mesh().report.largest_displacement : 0;
-  return aroundBoth(body.box, enlarged(start, change));
+  const FrameMotion frame(body.start_tf, body.tf, path);
+  if (!frame.isScrew())
+    return aroundBoth(body.box, enlarged(boxAround(body, body.start_tf), change));
+  constexpr double kScrewError = 1e-5;  // exceeds the error of a rotation, and that of its inverse
+  const Vector3d arm = body.middle - body.tf.translation();
+  return FrameBoxes(frame).around(
+      body.tf.linear().transpose() * arm, Vector3d::Zero(),
+      body.radius + change + kScrewError * (body.radius + change + arm.norm()));
 }
 
 void updateBounds(Body& body) {

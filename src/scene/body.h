@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "adaptive_bvh/scene.h"
+#include "ccd/frame_motion.h"
 #include "dispatch/query_object.h"
 
 // The bodies of a scene, and the boxes and spheres around them.
@@ -86,9 +87,26 @@ struct Body {
   QueryObject object() const { return geometry.at(tf); }
 };
 
-/// The box around the motion of a body in the step, in which each point moves on a straight line;
-/// unbounded for a plane or half-space.
-WorldBox sweptBox(const Body& body);
+/// Boxes in the world around what moves with a frame.
+class FrameBoxes {
+ public:
+  explicit FrameBoxes(const FrameMotion& motion);
+
+  /// The box around all points that are at most `radius` from a box, which is given by its middle
+  /// and half its sides, both in the frame.
+  WorldBox around(const fcl::Vector3d& middle, const fcl::Vector3d& half, double radius) const;
+
+ private:
+  /// On a screw, points leave the line between their positions at two of the times by an arc.
+  static constexpr int kParts = 8;
+
+  const FrameMotion motion_;
+  FrameAt at_[kParts + 1];
+  const int parts_;
+};
+
+/// The box around the motion of a body in the step; unbounded for a plane or half-space.
+WorldBox sweptBox(const Body& body, FramePath path);
 
 /// Computes the box and the bounding sphere of a body. Skips a mesh if neither it nor its transform
 /// has changed; shapes and octrees have no version, so their bounds are always computed. The box of

@@ -222,14 +222,14 @@ SceneClearance Scene::leastDistance(BodyId body, double tolerance, FramePath pat
   return state_->leastDistance(body, tolerance, path);
 }
 
-void Scene::leastDistances(BodyId body, std::size_t k, double tolerance,
-                           std::vector<SceneClearance>& result, FramePath path) const {
+void Scene::leastDistances(BodyId body, std::size_t k, double tolerance, FramePath path,
+                           std::vector<SceneClearance>& result) const {
   state_->leastDistances(body, k, tolerance, path, result);
 }
 
-std::size_t Scene::intervalsBelow(double clearance, double tolerance, SceneIntervals& result,
-                                  FramePath path) const {
-  state_->intervalsBelow(clearance, tolerance, path, result);
+std::size_t Scene::intervalsBelow(double distance, double tolerance, FramePath path,
+                                  SceneIntervals& result) const {
+  state_->intervalsBelow(distance, tolerance, path, result);
   return result.pairs.size();
 }
 

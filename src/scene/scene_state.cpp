@@ -138,14 +138,15 @@ void SceneState::findPairs(double distance, int meshes, std::vector<BodyPair>& p
   findAdmitted(*this, limit, test, pairs);
 }
 
-void SceneState::findSweptPairs(const std::vector<WorldBox>& swept, double distance,
+void SceneState::findSweptPairs(FramePath path, double distance,
                                 std::vector<BodyPair>& pairs) const {
   const Leased<BodyBoxes> memory;
-  memory->assign(
-      swept.size(), [&](unsigned i) -> auto& { return swept[i]; });
+  memory->assign(bodies.size(), [&](unsigned i) { return sweptBox(bodies[i], path); });
   memory->updateTree();
-  findAdmitted(
-      *memory, slack(distance), [](auto&, auto&) { return true; }, pairs);
+  const auto test = [](const Body& a, const Body& b) {  // not two planes or half-spaces
+    return a.box.isBounded() || b.box.isBounded();
+  };
+  findAdmitted(*memory, slack(distance), test, pairs);
 }
 
 void SceneState::addSelfPairs(std::vector<BodyPair>& pairs) const {

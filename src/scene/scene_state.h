@@ -85,10 +85,9 @@ struct SceneState : BodyBoxes {
   /// Inserts pairs (i, i) of the bodies with self_collision into sorted pairs of indices.
   void addSelfPairs(std::vector<BodyPair>& pairs) const;
 
-  /// Finds the admitted pairs of bodies whose motions, in boxes by index, may come within
-  /// `distance`, as sorted pairs of indices.
-  void findSweptPairs(const std::vector<WorldBox>& swept, double distance,
-                      std::vector<BodyPair>& pairs) const;
+  /// Finds the admitted pairs of bodies that may come within `distance` in the step, as sorted
+  /// pairs of indices. Pairs of two planes or half-spaces are left out.
+  void findSweptPairs(FramePath path, double distance, std::vector<BodyPair>& pairs) const;
 
   // ---- Queries
 

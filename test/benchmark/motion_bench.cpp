@@ -19,9 +19,9 @@
 namespace {
 
 using adaptive_bvh::BodyId;
-using adaptive_bvh::BodyMotion;
 using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::FramePath;
+using adaptive_bvh::Motion;
 using adaptive_bvh::MotionClearance;
 using adaptive_bvh::Scene;
 using adaptive_bvh_bench::around;
@@ -151,8 +151,8 @@ void row(const char* name, const DeformableMesh& a, const DeformableMesh& b, con
   double start = 0;
   for (int i = 0; i < 5; ++i) {
     of_motion.push_back(milliseconds([&] {
-      least = adaptive_bvh::leastDistance(BodyMotion(a, a_from, a_to, path),
-                                          BodyMotion(b, b_from, b_to, path), tolerance);
+      least = adaptive_bvh::leastDistance(Motion::rigid(a, a_from, a_to, path),
+                                          Motion::rigid(b, b_from, b_to, path), tolerance);
     }));
     fcl::DistanceResultd result;
     of_start.push_back(milliseconds([&] {

@@ -23,7 +23,6 @@
 namespace adaptive_bvh_test {
 namespace motion_clearance_test {
 
-using adaptive_bvh::BodyMotion;
 using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::FramePath;
 using adaptive_bvh::intervalsBelow;
@@ -45,7 +44,7 @@ struct Body {
   FramePath path;
 
   Motion motion() const { return {*mesh, exact.start, exact.end, from, to}; }
-  BodyMotion moving() const { return {motion(), path}; }
+  Motion moving() const { return {*mesh, exact.start, exact.end, from, to, path}; }
   /// The largest displacement of a vertex in a part of a unit of time, times the number of parts.
   Real speed() const {
     const int parts = 16;
@@ -239,7 +238,8 @@ TEST(MotionClearance, TimesOfContactAreFoundAtAnyPrecision) {
       flat({P(0, .3, .4), P(.25, .3, .5), P(.1, .35, .6)}, {fcl::Triangle(0, 1, 2)});
   Pose from = kIdentity, to = kIdentity;
   from.translation()[0] = -1, to.translation()[0] = 3;
-  const BodyMotion through(flat, from, to), still(mesh, kIdentity, kIdentity);
+  const Motion through = Motion::rigid(flat, from, to),
+               still = Motion::rigid(mesh, kIdentity, kIdentity);
   expectContacts(through, still, 4, {{.75 / 4, .25}, {1.75 / 4, .5}});
   expectContacts(still, through, 4, {{.75 / 4, .25}, {1.75 / 4, .5}});
 }
@@ -250,8 +250,10 @@ TEST(MotionClearance, TimesOfContactOfShapesAreFoundAtAnyPrecision) {
   const fcl::Halfspaced ground(P::UnitZ(), 0);
   Pose from = kIdentity, to = kIdentity;
   from.translation()[2] = -2, to.translation()[2] = 2;
-  const BodyMotion up(ball, from, to), still(other, kIdentity, kIdentity),
-      table(plane, kIdentity, kIdentity), earth(ground, kIdentity, kIdentity);
+  const Motion up = Motion::rigid(ball, from, to),
+               still = Motion::rigid(other, kIdentity, kIdentity),
+               table = Motion::rigid(plane, kIdentity, kIdentity),
+               earth = Motion::rigid(ground, kIdentity, kIdentity);
   expectContacts(up, still, 4, {{1.25 / 4, 2.75 / 4}});
   expectContacts(up, table, 4, {{1.5 / 4, 2.5 / 4}});
   expectContacts(up, earth, 4, {{0, 2.5 / 4}});
@@ -262,8 +264,8 @@ TEST(MotionClearance, TimesOfContactOfTurningTrianglesTakeTheRootOfThePrecision)
   const DeformableMesh blade({P(.5, 0, -1), P(2, 0, -1), P(1, 0, 2)}, {fcl::Triangle(0, 1, 2)}),
       fixed({P(.6, -.3, 0), P(1.4, -.3, .1), P(1, .4, 0)}, {fcl::Triangle(0, 1, 2)});
   const auto turned = [](double angle) { return Pose(Eigen::AngleAxisd(angle, P::UnitZ())); };
-  const BodyMotion turning(blade, turned(-1), turned(1), FramePath::Screw),
-      still(fixed, kIdentity, kIdentity);
+  const Motion turning = Motion::rigid(blade, turned(-1), turned(1), FramePath::Screw),
+               still = Motion::rigid(fixed, kIdentity, kIdentity);
   // The triangle reaches from the angle of one corner to that of another; the blade is as large.
   const double begin = (1 - std::atan2(.3, .6)) / 2, end = (1 + std::atan2(.4, 1)) / 2;
   for (const double tolerance : {1e-3, 1e-5, 1e-6}) {
@@ -355,7 +357,7 @@ TEST(MotionClearance, OfShapesIsThatOfTheJudge) {
     const auto path = random.oneIn(2) ? FramePath::Straight : FramePath::Screw;
     const Body a = random.body(1, random.oneIn(2), random.below(4), FramePath::Straight);
     const Shape b = shapeOf(random, path, i % 3);
-    const BodyMotion moving(*b.shape, b.core.from, b.core.to, path);
+    const Motion moving = Motion::rigid(*b.shape, b.core.from, b.core.to, path);
     const double tolerance = random.size(-3, -1);
     MotionClearance found = leastDistance(a.moving(), moving, tolerance);
     if (found.meet()) {
@@ -367,7 +369,7 @@ TEST(MotionClearance, OfShapesIsThatOfTheJudge) {
     }
     const MotionClearance swapped = leastDistance(moving, a.moving(), tolerance);
     EXPECT_EQ(found.upper, swapped.upper);
-    EXPECT_EQ(found.triangles[0], swapped.triangles[1]);
+    EXPECT_EQ(found.elements[0], swapped.elements[1]);
     if (HasFailure()) return;
   }
 }
@@ -421,7 +423,7 @@ TEST(MotionClearance, OfHalfSpacesIsThatOfTheJudge) {
     if (!is_solid && a.exact.triangles.size() > 1) continue;  // the judge takes them for one
     const double tolerance = random.size(-3, -1);
     const MotionClearance found =
-        leastDistance(a.moving(), BodyMotion(shape, from, to, path), tolerance);
+        leastDistance(a.moving(), Motion::rigid(shape, from, to, path), tolerance);
     if (found.meet()) {
       EXPECT_LE(static_cast<double>(distance(Real(found.time))), 1e-7);
     } else {
@@ -451,8 +453,8 @@ Pose turned(double angle, const P& axis, const P& to) {
 DeformableMesh meshOf(const TriangleMesh& mesh) { return {mesh.vertices, mesh.triangles}; }
 
 /// Checks bounds around an expected distance, and the work.
-void expectLeast(const BodyMotion& a, const BodyMotion& b, double distance,
-                 std::size_t most_box_tests, std::size_t most_pair_times) {
+void expectLeast(const Motion& a, const Motion& b, double distance, std::size_t most_box_tests,
+                 std::size_t most_pair_times) {
   const double tolerance = 1e-5;
   const MotionClearance found = leastDistance(a, b, tolerance);
   EXPECT_LE(found.lower, distance + 1e-12);
@@ -464,8 +466,10 @@ void expectLeast(const BodyMotion& a, const BodyMotion& b, double distance,
 
 TEST(MotionClearance, OfFlatPlatesTakesFewTests) {
   const DeformableMesh plate = meshOf(adaptive_bvh_test::plate(100, 100));
-  const auto moving = [&](const Pose& from, const Pose& to) { return BodyMotion(plate, from, to); };
-  const BodyMotion still = moving(kIdentity, kIdentity);
+  const auto moving = [&](const Pose& from, const Pose& to) {
+    return Motion::rigid(plate, from, to);
+  };
+  const Motion still = moving(kIdentity, kIdentity);
   expectLeast(still, moving(at(0, 0, 0.3), at(0, 0, 0.3)), 0.3, 25000, 100);
   expectLeast(moving(kIdentity, at(1, 2, 3)), moving(at(0, 0, 0.3), at(1, 2, 3.3)), 0.3, 25000,
               100);
@@ -483,8 +487,9 @@ TEST(MotionClearance, OfAShaftThatTurnsInItsSleeve) {
   for (P& x : outer.vertices) x[1] *= 1.2, x[2] *= 1.2;
   const DeformableMesh shaft = meshOf(hose), sleeve = meshOf(outer);
   const Pose end = turned(M_PI / 6, P::UnitX(), P(0.01, 0, 0));
-  const MotionClearance found = leastDistance(BodyMotion(shaft, kIdentity, end, FramePath::Screw),
-                                              BodyMotion(sleeve, kIdentity, kIdentity), 1e-4);
+  const MotionClearance found =
+      leastDistance(Motion::rigid(shaft, kIdentity, end, FramePath::Screw),
+                    Motion::rigid(sleeve, kIdentity, kIdentity), 1e-4);
   // Corners of the shaft pass the middles of the sleeve's faces, which are cos(pi / 12) as far out.
   double radius = 0;
   for (const P& x : hose.vertices) radius = std::max(radius, std::hypot(x[1], x[2]));
@@ -496,10 +501,10 @@ TEST(MotionClearance, OfAShaftThatTurnsInItsSleeve) {
 
 TEST(MotionClearance, FindsTheFirstImpact) {
   const DeformableMesh plate = meshOf(adaptive_bvh_test::plate(10, 10));
-  const BodyMotion still(plate, kIdentity, kIdentity);
+  const Motion still = Motion::rigid(plate, kIdentity, kIdentity);
   for (const double tolerance : {1e-6, 1e-2, 0.5}) {  // also where an earlier sample is as near
     const MotionClearance found = leastDistance(
-        still, BodyMotion(plate, turned(1, P(1, 2, 0), P(0, 0, 2)), at(0, 0, -1)), tolerance);
+        still, Motion::rigid(plate, turned(1, P(1, 2, 0), P(0, 0, 2)), at(0, 0, -1)), tolerance);
     const auto impact =
         adaptive_bvh::earliestImpact(Motion(plate, plate.vertices(), plate.vertices()),
                                      Motion(plate, plate.vertices(), plate.vertices(),
@@ -584,9 +589,49 @@ TEST(MovingBoxes, HoldTheTrianglesBelow) {
   }
 }
 
+/// A rigid motion refers to the mesh, so it is that of the positions of the query.
+TEST(MotionClearance, ARigidMotionFollowsUpdates) {
+  DeformableMesh plate = meshOf(adaptive_bvh_test::plate(2, 2));
+  const fcl::Sphered ball(0.25);
+  const Motion rigid = Motion::rigid(plate, kIdentity, turned(1, P::UnitZ(), P::Zero())),
+               above = Motion::rigid(ball, at(0.5, 0.5, 1), at(0.5, 0.5, 1));
+  EXPECT_EQ(rigid.mesh, &plate);
+  EXPECT_EQ(rigid.geometry, &plate);
+  EXPECT_EQ(above.mesh, nullptr);
+  EXPECT_NEAR(leastDistance(rigid, above, 1e-6).upper, 0.75, 1e-6);
+  std::vector<P> lower = plate.vertices();
+  for (P& x : lower) x[2] -= 1;
+  plate.updateTwoFrames(lower);
+  EXPECT_NEAR(leastDistance(rigid, above, 1e-6).upper, 1.75, 1e-6);
+  EXPECT_EQ(adaptive_bvh::selfEarliestImpact(rigid).exists(), false);
+}
+
+/// Features move on straight lines, so the functions of features refuse shapes and screws.
+TEST(MotionClearance, FeaturesNeedMeshesOnStraightPaths) {
+  DeformableMesh plate = meshOf(adaptive_bvh_test::plate(2, 2));
+  const Motion good = Motion::rigid(plate);
+  const fcl::Sphered ball(0.25);
+  const std::vector<P> x = plate.vertices();
+  adaptive_bvh::FeaturePairs pairs;
+  std::vector<double> a, b;
+  for (const Motion& bad :
+       {Motion::rigid(ball), Motion::rigid(plate, kIdentity, kIdentity, FramePath::Screw),
+        Motion(plate, x, x, kIdentity, kIdentity, FramePath::Screw)}) {
+    EXPECT_THROW(adaptive_bvh::selfCandidates(bad, 0.1, pairs), std::invalid_argument);
+    for (const bool swaps : {false, true}) {
+      const Motion &first = swaps ? bad : good, &second = swaps ? good : bad;
+      EXPECT_THROW(adaptive_bvh::candidates(first, second, 0.1, pairs), std::invalid_argument);
+      EXPECT_THROW(adaptive_bvh::earliestImpact(first, second), std::invalid_argument);
+      EXPECT_THROW(adaptive_bvh::truncateMotion(first, second, 0.1, a, b), std::invalid_argument);
+      EXPECT_THROW(adaptive_bvh::safeDisplacements(first, second, 0.1, a, b),
+                   std::invalid_argument);
+    }
+  }
+}
+
 TEST(MotionClearance, RefusesWhatItCannotAnswer) {
   const DeformableMesh plate = meshOf(adaptive_bvh_test::plate(2, 2));
-  const BodyMotion still(plate, kIdentity, kIdentity);
+  const Motion still = Motion::rigid(plate, kIdentity, kIdentity);
   for (const double tolerance : {0., -1., 1e-15, std::nan(""), HUGE_VAL})
     EXPECT_THROW(leastDistance(still, still, tolerance), std::invalid_argument);
   for (const double limit : {-1., std::nan("")})
@@ -596,10 +641,10 @@ TEST(MotionClearance, RefusesWhatItCannotAnswer) {
     EXPECT_THROW(intervalsBelow(still, still, clearance, 1e-3, intervals), std::invalid_argument);
   Pose scaled = kIdentity;
   scaled.linear() *= 2;
-  EXPECT_THROW(leastDistance(still, BodyMotion(plate, kIdentity, scaled), 1e-3),
+  EXPECT_THROW(leastDistance(still, Motion::rigid(plate, kIdentity, scaled), 1e-3),
                std::invalid_argument);
   const fcl::Planed plane(P::UnitZ(), 0);
-  const BodyMotion flat(plane, kIdentity, kIdentity);
+  const Motion flat = Motion::rigid(plane, kIdentity, kIdentity);
   EXPECT_THROW(leastDistance(flat, flat, 1e-3), std::invalid_argument);
   std::vector<P> bad = plate.vertices();
   bad[0][0] = std::nan("");

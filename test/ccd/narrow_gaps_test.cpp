@@ -11,8 +11,8 @@
 namespace adaptive_bvh_test {
 namespace narrow_gaps_test {
 
-using adaptive_bvh::BodyMotion;
 using adaptive_bvh::DeformableMesh;
+using adaptive_bvh::Motion;
 using adaptive_bvh::MotionClearance;
 using P = fcl::Vector3d;
 using Corners = std::array<P, 3>;
@@ -41,8 +41,8 @@ class NarrowGaps : public testing::Test {
         second({b.begin(), b.end()}, triangles);
     fcl::Transform3d from = fcl::Transform3d::Identity(), to = from;
     to.translation() = step;
-    return adaptive_bvh::leastDistance(BodyMotion(first, from, from), BodyMotion(second, from, to),
-                                       1e-3);
+    return adaptive_bvh::leastDistance(Motion::rigid(first, from, from),
+                                       Motion::rigid(second, from, to), 1e-3);
   }
 
   RandomGeometry random_{99};

@@ -18,7 +18,6 @@
 namespace adaptive_bvh_test {
 namespace surface_neighbourhood_test {
 
-using adaptive_bvh::BodyMotion;
 using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::FeaturePair;
 using adaptive_bvh::LabelRule;
@@ -244,7 +243,7 @@ TEST(SelfClearance, IsThatOfAllPairs) {
     const double exact = distanceOfAll(mesh, mesh.vertices, left_out);
     EXPECT_LE(still.lower, exact + 1e-12);
     EXPECT_GE(still.upper, exact - 1e-12);
-    EXPECT_FALSE(left_out.contains(unsigned(still.triangles[0]), unsigned(still.triangles[1])));
+    EXPECT_FALSE(left_out.contains(unsigned(still.elements[0]), unsigned(still.elements[1])));
     const MotionClearance over =
         selfLeastDistance(Motion(tree, mesh.vertices, end), ignored, tolerance);
     EXPECT_LE(over.upper - over.lower, tolerance * 1.0001);
@@ -259,8 +258,8 @@ TEST(SelfClearance, IsThatOfAllPairs) {
       then.push_back((1 - over.time) * mesh.vertices[v] + over.time * end[v]);
     EXPECT_NEAR(over.upper, distanceOfAll(mesh, then, left_out), over.meet() ? 1e-9 : 1e-12);
     std::vector<MotionInterval> intervals;
-    adaptive_bvh::selfIntervalsBelow(BodyMotion(Motion(tree, mesh.vertices, end)), ignored,
-                                     over.lower, 1e-4, intervals);
+    adaptive_bvh::selfIntervalsBelow(Motion(tree, mesh.vertices, end), ignored, over.lower, 1e-4,
+                                     intervals);
     for (const MotionInterval& interval : intervals) EXPECT_LE(interval.begin, interval.end);
   }
 }
@@ -276,10 +275,10 @@ TEST(SelfClearance, LeavesOutIgnoredPairsAndOtherMeshes) {
   EXPECT_EQ(first.upper, by_vertices.upper);
   ASSERT_TRUE(first.exists());
   const std::vector<adaptive_bvh::FeaturePair> list = {
-      {unsigned(first.triangles[0]), unsigned(first.triangles[1])}};
+      {unsigned(first.elements[0]), unsigned(first.elements[1])}};
   ignored.triangles.list = &list;
   const MotionClearance next = selfLeastDistance(tree, ignored, 1e-4);
-  EXPECT_NE(first.triangles, next.triangles);
+  EXPECT_NE(first.elements, next.elements);
   ignored.triangles = {};
   ignored.triangles.test = [](unsigned, unsigned) { return true; };
   EXPECT_FALSE(selfLeastDistance(tree, ignored, 1e-4).exists());

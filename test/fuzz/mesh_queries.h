@@ -368,8 +368,8 @@ class MeshQueries {
     if (!isPlainFrame()) return;
     constexpr double kTolerance = 1e-3;
     const auto least =
-        leastDistance(adaptive_bvh::BodyMotion(mesh_, still, still),
-                      adaptive_bvh::BodyMotion(obstacle(), start, end, path), kTolerance);
+        leastDistance(adaptive_bvh::Motion::rigid(mesh_, still, still),
+                      adaptive_bvh::Motion::rigid(obstacle(), start, end, path), kTolerance);
     REQUIRE(least.exists() && least.lower >= 0 && least.time >= 0 && least.time <= 1);
     REQUIRE(least.lower <= least.upper && least.upper <= least.lower + kTolerance);
     for (const fcl::Transform3d& tf : {start, end})

@@ -151,10 +151,9 @@ TEST_F(FailedQuery, RepeatsQueriesOverAMotion) {
   Transform3d from = identity_, to = identity_;
   from.translation() = fcl::Vector3d(4, 0, 0);
   to.translation() = fcl::Vector3d(1.6, 1, 0);
-  const adaptive_bvh::BodyMotion shape(*sphere, from, to);
+  const adaptive_bvh::Motion shape = adaptive_bvh::Motion::rigid(*sphere, from, to);
   failEach("least distance", [&](Numbers& answer) {
-    answer << leastDistance(motion, still, 1e-3).upper
-           << leastDistance(adaptive_bvh::BodyMotion(motion), shape, 1e-3).upper;
+    answer << leastDistance(motion, still, 1e-3).upper << leastDistance(motion, shape, 1e-3).upper;
   });
   std::vector<adaptive_bvh::MotionInterval> intervals;
   failEach("intervals", [&](Numbers& answer) {
@@ -206,7 +205,7 @@ TEST_F(FailedQuery, RepeatsQueriesOfAMovingScene) {
   });
   std::vector<adaptive_bvh::SceneClearance> several;
   failEach("several", [&](Numbers& answer) {
-    still.leastDistances(0, 3, 1e-3, several, adaptive_bvh::FramePath::Screw);
+    still.leastDistances(0, 3, 1e-3, adaptive_bvh::FramePath::Screw, several);
     answer << several.size() << several[1].clearance.upper;
   });
   adaptive_bvh::SceneIntervals intervals;

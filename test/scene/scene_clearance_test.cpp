@@ -5,7 +5,6 @@
 #include <cmath>
 #include <memory>
 
-#include <fcl/geometry/octree/octree.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/halfspace.h>
 #include <fcl/geometry/shape/sphere.h>
@@ -18,7 +17,6 @@ namespace adaptive_bvh_test {
 namespace scene_clearance_test {
 
 using adaptive_bvh::BodyId;
-using adaptive_bvh::BodyMotion;
 using adaptive_bvh::DeformableMesh;
 using adaptive_bvh::FramePath;
 using adaptive_bvh::intervalsBelow;
@@ -63,9 +61,9 @@ class Bay {
     scene.update();
   }
 
-  BodyMotion motionOf(BodyId body, FramePath path) const {
-    if (body == 0) return {Motion(*hose_), path};
-    return {scene.geometry(body), from[body], to[body], path};
+  Motion motionOf(BodyId body, FramePath path) const {
+    if (body == 0) return Motion(*hose_, from[0], to[0], path);
+    return Motion::rigid(scene.geometry(body), from[body], to[body], path);
   }
 
   Scene scene;
@@ -97,7 +95,7 @@ TEST(SceneClearance, IsThatOfAllPairs) {
         EXPECT_LE(best.clearance.lower, uppers[0]);
         EXPECT_NEAR(best.clearance.upper, uppers[0], tolerance);
         std::vector<SceneClearance> nearest;
-        bay.scene.leastDistances(body, 5, tolerance, nearest, path);
+        bay.scene.leastDistances(body, 5, tolerance, path, nearest);
         ASSERT_EQ(nearest.size(), 5u);
         for (std::size_t k = 0; k < 5; ++k) {
           EXPECT_NEAR(nearest[k].clearance.upper, uppers[k], 2 * tolerance);
@@ -117,7 +115,7 @@ TEST(SceneClearance, FindsAllPairsBelow) {
   for (const FramePath path : {FramePath::Straight, FramePath::Screw}) {
     const Bay bay(7);
     SceneIntervals found;
-    bay.scene.intervalsBelow(clearance, tolerance, found, path);
+    bay.scene.intervalsBelow(clearance, tolerance, path, found);
     std::size_t next = 0;
     for (const BodyId a : bay.scene.bodies())
       for (const BodyId b : bay.scene.bodies()) {
@@ -157,7 +155,7 @@ TEST(SceneClearance, StartsFromThePairThatWasKept) {
         if (again.clearance.meet()) {
           EXPECT_NEAR(again.clearance.time, first.clearance.time, 1e-6);
         }
-        if (call == 2 && first.clearance.triangles[1] >= 0 && !first.clearance.meet()) {
+        if (call == 2 && first.clearance.elements[1] >= 0 && !first.clearance.meet()) {
           EXPECT_LE(again.clearance.box_tests, first.clearance.box_tests);
         }
       }
@@ -183,51 +181,6 @@ TEST(SceneClearance, LeavesOutWhatThePairsLeaveOut) {
   bay.scene.setTransform(1, Pose::Identity());
   EXPECT_THROW(bay.scene.leastDistance(0, 1e-4), std::logic_error);
 }
-
-#if FCL_HAVE_OCTOMAP
-/// An octree that may pair is refused however far it is, and one that may not is no obstacle,
-/// wherever it moves.
-TEST(SceneClearance, RefusesOctreesByWhatPairsOnly) {
-  const auto cells = std::make_shared<octomap::OcTree>(0.5);
-  cells->updateNode(octomap::point3d(0.25f, 0.25f, 0.25f), true);
-  const auto octree = std::make_shared<fcl::OcTreed>(cells);
-  const auto ball = std::make_shared<fcl::Sphered>(0.5);
-  const auto at = [](double x) { return Pose(Eigen::Translation3d(x, 0, 0)); };
-  for (const bool moves : {false, true})
-    for (const bool is_far : {false, true})
-      for (const FramePath path : {FramePath::Straight, FramePath::Screw}) {
-        Scene scene;
-        const BodyId a = scene.add(ball, at(0)), b = scene.add(ball, at(3)),
-                     cell = scene.add(octree, at(is_far ? 1e6 : 1));
-        scene.beginStep();
-        if (moves) scene.setTransform(cell, at(is_far ? 1e6 + 5 : 1.5));
-        scene.setTransform(b, at(2.5));
-        scene.update();
-        SceneIntervals intervals;
-        std::vector<SceneClearance> several;
-        const auto expectRefused = [&] {
-          EXPECT_THROW(scene.leastDistance(a, 1e-3, path), std::invalid_argument);
-          EXPECT_THROW(scene.leastDistances(a, 2, 1e-3, several, path), std::invalid_argument);
-          EXPECT_THROW(scene.intervalsBelow(0.1, 1e-3, intervals, path), std::invalid_argument);
-        };
-        expectRefused();
-        scene.ignore(a, cell);
-        EXPECT_NEAR(scene.leastDistance(a, 1e-3, path).clearance.upper, 1.5, 1e-3);
-        EXPECT_THROW(scene.leastDistance(b, 1e-3, path), std::invalid_argument);
-        EXPECT_THROW(scene.intervalsBelow(0.1, 1e-3, intervals, path), std::invalid_argument);
-        EXPECT_THROW(scene.leastDistance(cell, 1e-3, path), std::invalid_argument);
-        scene.unignore(a, cell);
-        adaptive_bvh::BodyOptions options;
-        options.group = options.mask = 0;
-        scene.setOptions(cell, options);
-        scene.update();
-        EXPECT_EQ(scene.leastDistance(a, 1e-3, path).bodies.second, b);
-        scene.leastDistances(a, 2, 1e-3, several, path);
-        EXPECT_EQ(several.size(), 1u);
-        EXPECT_EQ(scene.intervalsBelow(2, 1e-3, intervals, path), 1u);
-      }
-}
-#endif
 
 }  // namespace scene_clearance_test
 }  // namespace adaptive_bvh_test

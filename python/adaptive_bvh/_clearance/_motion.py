@@ -5,7 +5,6 @@ from typing import Callable, Union
 import numpy as np
 
 from .. import (
-    BodyMotion,
     DeformableMesh,
     Motion,
     MotionClearance,
@@ -17,26 +16,25 @@ from ._results import Nearest, PairResult, joined
 from ._settings import Settings
 
 ROUNDING = 1e-13  # of a distance, as a share of the largest coordinate
-Moving = Union[BodyMotion, Motion]
-Other = Union[DeformableMesh, Moving]
+Other = Union[DeformableMesh, Motion]
 
 
-def over(step: Step, mesh: DeformableMesh, rows: Union[Ints, slice] = slice(None)) -> Moving:
+def over(step: Step, mesh: DeformableMesh, rows: Union[Ints, slice] = slice(None)) -> Motion:
     """The motion over a step of a mesh of the vertices `rows`."""
     after = step.after[rows]
     if step.screw:
-        return BodyMotion(Motion(mesh, after, after, start_tf=step.screw.back), path="screw")
+        return Motion(mesh, after, after, start_tf=step.screw.back, path="screw")
     return Motion(mesh, step.before[rows], after)
 
 
-def _below(motion: Moving, other: Other, limit: float, tolerance: float) -> Floats:
+def _below(motion: Motion, other: Other, limit: float, tolerance: float) -> Floats:
     """The times at which the distance is below the limit; limit 0: at most the tolerance."""
     if limit == 0:
         limit, tolerance = tolerance / 2, tolerance / 2
     return intervals_below(motion, other, limit, tolerance)
 
 
-def _decided(motion: Moving, other: Other, settings: Settings, seen: float,
+def _decided(motion: Motion, other: Other, settings: Settings, seen: float,
              slack: float, is_below: bool) -> MotionClearance:
     """The least distance, if it is below what is wanted, and whether it is below the limit."""
     finest = 100 * slack  # a smaller tolerance is refused
@@ -49,7 +47,7 @@ def _decided(motion: Moving, other: Other, settings: Settings, seen: float,
     return closest
 
 
-def follow(pair: PairResult, motion: Moving, other: Other, frame: int, settings: Settings,
+def follow(pair: PairResult, motion: Motion, other: Other, frame: int, settings: Settings,
            seen: float, slack: float,
            number: Callable[[int], int] = lambda triangle: triangle,
            is_below: bool = False) -> float:
@@ -59,7 +57,7 @@ def follow(pair: PairResult, motion: Moving, other: Other, frame: int, settings:
     limit at all times of the step."""
     closest = _decided(motion, other, settings, seen, slack, is_below)
     if closest.upper < pair.upper:
-        triangles = np.array(closest.triangles, np.int64)
+        triangles = np.array(closest.elements, np.int64)
         triangles[0] = number(triangles[0])
         pair.see(Nearest(closest.upper, frame + closest.time, closest.points, triangles))
     if not is_below and (closest.lower < settings.limit or closest.upper == 0):

@@ -26,9 +26,10 @@ from typing import Callable, Dict, List, NamedTuple, Optional
 
 import numpy as np
 
+from .. import Motion
 from ._chunks import Body, Chunks, box_gaps
 from ._frames import Floats, Frame, FrameError, Ints, Sequence, Step, Topology, step_between
-from ._motion import ROUNDING, Moving, follow, over
+from ._motion import ROUNDING, follow, over
 from ._opening import Part, extent_of
 from ._results import BodyResult, Nearest, PairResult, joined
 from ._rotations import QUARTER
@@ -355,7 +356,7 @@ class Search:
         """What the distances at the ends of a step left open."""
         pairs, slack = result.pairs, self._slack(body)
         below = self._wholly_below(pairs, left.upper, frame)
-        motions: Dict[int, Moving] = {}
+        motions: Dict[int, Motion] = {}
         for p, chunk, floor, normal in zip(left.parts, left.chunks, left.floor, left.normals):
             pair = pairs[p]
             seen = min(float(self._seen[p]), pair.upper)
