@@ -91,4 +91,7 @@ void writePage(const MovingPair&, const std::string&) {
 }
 #endif
 
+template void writePage<fcl::RSSd>(const MovingPair&, const std::string&);
+template void writePage<fcl::OBBRSSd>(const MovingPair&, const std::string&);
+
 }  // namespace tools

@@ -32,10 +32,12 @@ struct MeshLoadOptions {
   /// none, or theirs is not read.
   bool metres = true;
 
-  /// With `metres`: the unit of the result, and the unit of files that declare none, both in
-  /// metres. 0.001 for both: all meshes are in millimetres, where other files are taken for
+  /// With `metres`: the unit of the result, in metres. 0.001: all meshes are in millimetres.
+  double unit = 1;
+
+  /// With `metres`: the unit of files that declare none, in metres. 0.001: they are taken for
   /// millimetres.
-  double unit = 1, undeclared_unit = 1;
+  double undeclared_unit = 1;
 
   /// Multiplies all positions, after the unit. Positive.
   double scale = 1;

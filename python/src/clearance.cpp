@@ -6,6 +6,7 @@
 #include <pybind11/stl.h>
 
 #include "adaptive_bvh/motion_clearance.h"
+#include "arrays.h"
 #include "bind.h"
 #include "ignored.h"
 #include "motions.h"

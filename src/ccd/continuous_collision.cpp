@@ -33,13 +33,13 @@ PlacedMotion placedMotion(const Motion& motion, PlacedMotion::Memory& memory) {
 
 /// Returns run(query) for two meshes, or for one mesh and itself if `second` is null.
 template <typename Run>
-auto withQuery(const Motion& first, const Motion* second, double separation, Run&& run) {
+auto withQuery(const Motion& first, const Motion* second, double distance, Run&& run) {
   const Leased<std::array<PlacedMotion::Memory, 2>> memory;
-  requireSeparation(separation);
+  requireSeparation(distance);
   const PlacedMotion a(placedMotion(first, (*memory)[0]));
-  if (!second) return run(a.with(a, separation));
+  if (!second) return run(a.with(a, distance));
   const PlacedMotion b(placedMotion(*second, (*memory)[1]));
-  return run(a.with(b, separation));
+  return run(a.with(b, distance));
 }
 
 /// Throws std::invalid_argument if a pair of features does not exist in the query's meshes.
@@ -58,17 +58,17 @@ void requirePair(const ContinuousQuery& query, FeatureKind kind, const FeaturePa
 
 /// The time of impact of one pair. `second` is null for one mesh and itself.
 double timeOf(const Motion& first, const Motion* second, FeatureKind kind, const FeaturePair& pair,
-              double separation) {
-  return withQuery(first, second, separation, [&](const ContinuousQuery& query) {
+              double distance) {
+  return withQuery(first, second, distance, [&](const ContinuousQuery& query) {
     requirePair(query, kind, pair);
-    return movingFeatures(query.first, query.second, kind, pair).timeOfImpact(separation);
+    return movingFeatures(query.first, query.second, kind, pair).timeOfImpact(distance);
   });
 }
 
 /// The times of impact of all pairs.
-void timesOf(const Motion& first, const Motion* second, const FeaturePairs& pairs,
-             double separation, ImpactTimes& times) {
-  withQuery(first, second, separation, [&](const ContinuousQuery& query) {
+void timesOf(const Motion& first, const Motion* second, const FeaturePairs& pairs, double distance,
+             ImpactTimes& times) {
+  withQuery(first, second, distance, [&](const ContinuousQuery& query) {
     const auto require = [&](FeatureKind kind, const std::vector<FeaturePair>& list) {
       for (const FeaturePair& pair : list) requirePair(query, kind, pair);
     };
@@ -122,75 +122,74 @@ Motion Motion::rigid(const Geometry& body, const Transform& from_tf, const Trans
   return {body, dynamic_cast<const Mesh*>(&body), from_tf, to_tf, frame_path};
 }
 
-void candidates(const Motion& first, const Motion& second, double separation, FeaturePairs& pairs) {
-  withQuery(first, &second, separation,
+void candidates(const Motion& first, const Motion& second, double distance, FeaturePairs& pairs) {
+  withQuery(first, &second, distance,
             [&](const ContinuousQuery& query) { findCandidates(query, pairs); });
 }
-void selfCandidates(const Motion& mesh, double separation, FeaturePairs& pairs) {
-  withQuery(mesh, nullptr, separation,
+void selfCandidates(const Motion& mesh, double distance, FeaturePairs& pairs) {
+  withQuery(mesh, nullptr, distance,
             [&](const ContinuousQuery& query) { findCandidates(query, pairs); });
 }
 
 double timeOfImpact(const Motion& first, const Motion& second, FeatureKind kind,
-                    const FeaturePair& pair, double separation) {
-  return timeOf(first, &second, kind, pair, separation);
+                    const FeaturePair& pair, double distance) {
+  return timeOf(first, &second, kind, pair, distance);
 }
 double selfTimeOfImpact(const Motion& mesh, FeatureKind kind, const FeaturePair& pair,
-                        double separation) {
-  return timeOf(mesh, nullptr, kind, pair, separation);
+                        double distance) {
+  return timeOf(mesh, nullptr, kind, pair, distance);
 }
 
 void timesOfImpact(const Motion& first, const Motion& second, const FeaturePairs& pairs,
-                   double separation, ImpactTimes& times) {
-  timesOf(first, &second, pairs, separation, times);
+                   double distance, ImpactTimes& times) {
+  timesOf(first, &second, pairs, distance, times);
 }
-void selfTimesOfImpact(const Motion& mesh, const FeaturePairs& pairs, double separation,
+void selfTimesOfImpact(const Motion& mesh, const FeaturePairs& pairs, double distance,
                        ImpactTimes& times) {
-  timesOf(mesh, nullptr, pairs, separation, times);
+  timesOf(mesh, nullptr, pairs, distance, times);
 }
 
-Impact earliestImpact(const Motion& first, const Motion& second, double separation) {
-  return withQuery(first, &second, separation,
+Impact earliestImpact(const Motion& first, const Motion& second, double distance) {
+  return withQuery(first, &second, distance,
                    [](const ContinuousQuery& query) { return findEarliestImpact(query); });
 }
 
-Impact selfEarliestImpact(const Motion& mesh, double separation) {
-  return withQuery(mesh, nullptr, separation,
+Impact selfEarliestImpact(const Motion& mesh, double distance) {
+  return withQuery(mesh, nullptr, distance,
                    [](const ContinuousQuery& query) { return findEarliestImpact(query); });
 }
 
-Impact earliestImpact(const Motion& first, const Motion& second, double separation,
+Impact earliestImpact(const Motion& first, const Motion& second, double distance,
                       FeaturePairs& pairs) {
-  return withQuery(first, &second, separation,
+  return withQuery(first, &second, distance,
                    [&](const ContinuousQuery& query) { return findEarliestImpact(query, pairs); });
 }
 
-Impact selfEarliestImpact(const Motion& mesh, double separation, FeaturePairs& pairs) {
-  return withQuery(mesh, nullptr, separation,
+Impact selfEarliestImpact(const Motion& mesh, double distance, FeaturePairs& pairs) {
+  return withQuery(mesh, nullptr, distance,
                    [&](const ContinuousQuery& query) { return findEarliestImpact(query, pairs); });
 }
 
-void safeDisplacements(const Motion& first, const Motion& second, double separation,
+void safeDisplacements(const Motion& first, const Motion& second, double distance,
                        std::vector<double>& of_first, std::vector<double>& of_second) {
-  withQuery(first, &second, separation, [&](const ContinuousQuery& query) {
+  withQuery(first, &second, distance, [&](const ContinuousQuery& query) {
     findSafeDisplacements(query, of_first, of_second);
   });
 }
-void selfSafeDisplacements(const Motion& mesh, double separation,
-                           std::vector<double>& of_vertices) {
-  withQuery(mesh, nullptr, separation, [&](const ContinuousQuery& query) {
+void selfSafeDisplacements(const Motion& mesh, double distance, std::vector<double>& of_vertices) {
+  withQuery(mesh, nullptr, distance, [&](const ContinuousQuery& query) {
     findSafeDisplacements(query, of_vertices, of_vertices);
   });
 }
 
-void truncateMotion(const Motion& first, const Motion& second, double separation,
+void truncateMotion(const Motion& first, const Motion& second, double distance,
                     std::vector<double>& shares_of_first, std::vector<double>& shares_of_second) {
-  withQuery(first, &second, separation, [&](const ContinuousQuery& query) {
+  withQuery(first, &second, distance, [&](const ContinuousQuery& query) {
     findTruncation(query, shares_of_first, shares_of_second);
   });
 }
-void selfTruncateMotion(const Motion& mesh, double separation, std::vector<double>& shares) {
-  withQuery(mesh, nullptr, separation,
+void selfTruncateMotion(const Motion& mesh, double distance, std::vector<double>& shares) {
+  withQuery(mesh, nullptr, distance,
             [&](const ContinuousQuery& query) { findTruncation(query, shares, shares); });
 }
 

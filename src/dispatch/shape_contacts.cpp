@@ -45,16 +45,16 @@ void findVertexContacts(const PlacedMesh& mesh, const ShapeSolid& shape,
       mesh.mesh.threads, [&] { return test; }, result);
 }
 
-std::size_t vertexContacts(const DeformableMesh& mesh, const fcl::Transform3d& tf,
-                           const fcl::CollisionGeometryd& other, const fcl::Transform3d& tf2,
-                           double margin, VertexContacts& result) {
-  if (const auto* other_mesh = dynamic_cast<const DeformableMesh*>(&other))
-    return vertexContacts(mesh, tf, *other_mesh, tf2, margin, result);
-  requireDistance(margin, "margin");
-  requireRigid(tf);
+std::size_t vertexContacts(const DeformableMesh& first, const fcl::Transform3d& tf1,
+                           const fcl::CollisionGeometryd& second, const fcl::Transform3d& tf2,
+                           double distance, VertexContacts& result) {
+  if (const auto* second_mesh = dynamic_cast<const DeformableMesh*>(&second))
+    return vertexContacts(first, tf1, *second_mesh, tf2, distance, result);
+  requireDistance(distance);
+  requireRigid(tf1);
   requireRigid(tf2);
-  const ShapeSolid shape(other);
-  findVertexContacts({mesh, tf}, shape, tf2, margin, result);
+  const ShapeSolid shape(second);
+  findVertexContacts({first, tf1}, shape, tf2, distance, result);
   return result.size();
 }
 

@@ -159,9 +159,9 @@ std::size_t Scene::featurePairsWithin(double distance, SceneFeaturePairs& result
   return result.found.size();
 }
 
-std::size_t Scene::vertexContacts(double margin, SceneVertexContacts& result) const {
-  requireDistance(margin, "margin");
-  state_->vertexContacts(margin, result);
+std::size_t Scene::vertexContacts(double distance, SceneVertexContacts& result) const {
+  requireDistance(distance);
+  state_->vertexContacts(distance, result);
   return result.found.size();
 }
 
@@ -208,8 +208,8 @@ void Scene::firstHits(const fcl::Vector3d* origins, const fcl::Vector3d* directi
   state_->firstHits(origins, directions, count, range, result);
 }
 
-SceneImpact Scene::earliestImpact(double separation) const {
-  return state_->earliestImpact(separation);
+SceneImpact Scene::earliestImpact(double distance) const {
+  return state_->earliestImpact(distance);
 }
 
 SceneClearance Scene::leastDistance(BodyId body, double tolerance, FramePath path) {

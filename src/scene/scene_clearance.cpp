@@ -3,6 +3,7 @@
 #include <limits>
 #include <utility>
 
+#include "base/rigid.h"
 #include "base/task_pool.h"
 #include "ccd/clearance_search.h"
 #include "scene/scene_state.h"

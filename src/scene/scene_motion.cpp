@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "base/leased.h"
+#include "base/rigid.h"
 #include "base/task_pool.h"
 #include "ccd/placed_motion.h"
 #include "scene/scene_state.h"

@@ -74,7 +74,9 @@ void SteppingBody::findBoxes() {
   WorldBox all = {fcl::Vector3d::Constant(kEndless), fcl::Vector3d::Constant(-kEndless)};
   visitParts([&](const WorldBox& box) { return contains(all, box) ? kEndless : 0; },
              [] { return 0.; },
-             [&](BoxedBody&, const WorldBox* cell) { all = aroundBoth(all, *cell); });
+             [&](BoxedBody&, const WorldBox* cell) {
+               if (cell) all = aroundBoth(all, *cell);
+             });
   boxes_.push_back(all);
 }
 

@@ -39,6 +39,7 @@ class ExactNumber {
   }
   ExactNumber(const ExactNumber& other) { *this = other; }
   ExactNumber& operator=(const ExactNumber& other) {
+    if (this == &other) return *this;
     begin_ = other.begin_;
     size_ = other.size_;
     is_negative_ = other.is_negative_;

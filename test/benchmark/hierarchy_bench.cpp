@@ -120,15 +120,8 @@ Mesh strip(int triangles) {
   return mesh;
 }
 
-adaptive_bvh::TriangleMesh inScalar(const Mesh& mesh) {
-  adaptive_bvh::TriangleMesh cast;
-  for (const scenarios::Point& p : mesh.vertices) cast.vertices.push_back(p.cast<double>());
-  cast.triangles = mesh.triangles;
-  return cast;
-}
-
 /// Microseconds of one build, of `count` models, each used once.
-template <typename Model, typename double, typename... Arguments>
+template <typename Model, typename... Arguments>
 double buildTime(const adaptive_bvh::TriangleMesh& mesh, int count, Arguments... arguments) {
   std::vector<std::unique_ptr<Model>> models;
   for (int i = 0; i < count; ++i) models.push_back(std::make_unique<Model>(arguments...));
@@ -138,7 +131,7 @@ double buildTime(const adaptive_bvh::TriangleMesh& mesh, int count, Arguments...
 }
 
 /// Microseconds of one new tree for a model that has one: endReplaceModel(false).
-template <typename Model, typename double, typename... Arguments>
+template <typename Model, typename... Arguments>
 double rebuildTime(const adaptive_bvh::TriangleMesh& mesh, int count, Arguments... arguments) {
   Model model(arguments...);
   fillModel(mesh, model);
@@ -151,10 +144,9 @@ double rebuildTime(const adaptive_bvh::TriangleMesh& mesh, int count, Arguments.
          });
 }
 
-void printSmallBuild(const char* name, const Mesh& mesh_in_double, int repeats) {
+void printSmallBuild(const char* name, const Mesh& mesh, int repeats) {
   using Ours = adaptive_bvh::AdaptiveBVHModel<fcl::RSSd>;
   using Fcls = fcl::BVHModel<fcl::RSSd>;
-  const auto mesh = inScalar(mesh_in_double);
   const int count = std::max(1, 500 / int(mesh.triangles.size()));
   std::vector<double> fcl[2], ours[2][2];  // [build or rebuild], [strategy]
   for (int repeat = 0; repeat < 10 * repeats; ++repeat) {
@@ -165,7 +157,7 @@ void printSmallBuild(const char* name, const Mesh& mesh_in_double, int repeats) 
       ours[1][k].push_back(rebuildTime<Ours>(mesh, count, kStrategies[k]));
     }
   }
-  std::printf("| %-9s | %-6s | %5zu |", name, "double", mesh.triangles.size());
+  std::printf("| %-9s | double | %5zu |", name, mesh.triangles.size());
   for (int kind = 0; kind < 2; ++kind) {
     std::printf(" %7.1f |", median(fcl[kind]));
     for (const std::vector<double>& times : ours[kind])

@@ -176,12 +176,9 @@ class EmbreePoints : public ProximityMethod {
   };
   static bool test(RTCPointQueryFunctionArguments* arguments) {
     One& one = *static_cast<One*>(arguments->userPtr);
-    const auto p = one.self->body_.corners(arguments->primID);
-    const float distance =
-        adaptive_bvh::vertexFaceDistance(
-            one.point, {Eigen::Vector3f(p[0].cast<float>()), Eigen::Vector3f(p[1].cast<float>()),
-                        Eigen::Vector3f(p[2].cast<float>())})
-            .distance;
+    const auto corners = one.self->body_.corners(arguments->primID);
+    const auto distance =
+        float(adaptive_bvh::vertexFaceDistance(one.point.cast<double>(), corners).distance);
     if (!(distance < one.distance)) return false;
     one.distance = arguments->query->radius = distance;
     return true;

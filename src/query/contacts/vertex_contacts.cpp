@@ -144,8 +144,8 @@ class MeshContactTest {
 };
 
 /// Throws std::invalid_argument if an argument is not valid.
-void requirePlaced(const fcl::Transform3d& tf1, const fcl::Transform3d& tf2, double margin) {
-  requireDistance(margin, "margin");
+void requirePlaced(const fcl::Transform3d& tf1, const fcl::Transform3d& tf2, double distance) {
+  requireDistance(distance);
   requireRigid(tf1);
   requireRigid(tf2);
 }
@@ -178,24 +178,24 @@ void findVertexContacts(const PlacedMesh& mesh, const PlacedMesh& other, double 
   writer.write(threads, makeTest, result);
 }
 
-std::size_t vertexContacts(const DeformableMesh& mesh, const fcl::Transform3d& tf,
-                           const DeformableMesh& other, const fcl::Transform3d& tf2, double margin,
-                           VertexContacts& result) {
-  requirePlaced(tf, tf2, margin);
-  requireClosed(stateOf(other), "vertexContacts");
-  findVertexContacts({mesh, tf}, {other, tf2}, margin, result);
+std::size_t vertexContacts(const DeformableMesh& first, const fcl::Transform3d& tf1,
+                           const DeformableMesh& second, const fcl::Transform3d& tf2,
+                           double distance, VertexContacts& result) {
+  requirePlaced(tf1, tf2, distance);
+  requireClosed(stateOf(second), "vertexContacts");
+  findVertexContacts({first, tf1}, {second, tf2}, distance, result);
   return result.size();
 }
 
 std::size_t vertexContacts(const DeformableMesh& first, const fcl::Transform3d& tf1,
-                           const DeformableMesh& second, const fcl::Transform3d& tf2, double margin,
-                           VertexContacts& of_first, VertexContacts& of_second) {
-  requirePlaced(tf1, tf2, margin);
+                           const DeformableMesh& second, const fcl::Transform3d& tf2,
+                           double distance, VertexContacts& of_first, VertexContacts& of_second) {
+  requirePlaced(tf1, tf2, distance);
   requireClosed(stateOf(first), "vertexContacts");
   requireClosed(stateOf(second), "vertexContacts");
   const PlacedMesh one(first, tf1), two(second, tf2);
-  findVertexContacts(one, two, margin, of_first);
-  findVertexContacts(two, one, margin, of_second);
+  findVertexContacts(one, two, distance, of_first);
+  findVertexContacts(two, one, distance, of_second);
   return of_first.size() + of_second.size();
 }
 

@@ -152,31 +152,32 @@ bool isWatertight(const DeformableMesh& mesh, std::vector<OpenEdge>* open_edges)
   return false;
 }
 
-void vertexDistances(const DeformableMesh& mesh, const fcl::Transform3d& tf,
-                     const DeformableMesh& other, const fcl::Transform3d& tf2, double limit,
+void vertexDistances(const DeformableMesh& first, const fcl::Transform3d& tf1,
+                     const DeformableMesh& second, const fcl::Transform3d& tf2, double limit,
                      std::vector<double>& result) {
   requireDistance(limit, "limit");
-  requireRigid(tf);
+  requireRigid(tf1);
   requireRigid(tf2);
   const auto makePositive = [] { return [](const fcl::Vector3d&) { return 1.; }; };
-  findDistances(stateOf(mesh), RelativePlacement(tf2, tf), stateOf(other), limit, makePositive,
+  findDistances(stateOf(first), RelativePlacement(tf2, tf1), stateOf(second), limit, makePositive,
                 result);
 }
 
-void signedVertexDistances(const DeformableMesh& mesh, const fcl::Transform3d& tf,
-                           const DeformableMesh& other, const fcl::Transform3d& tf2, double limit,
+void signedVertexDistances(const DeformableMesh& first, const fcl::Transform3d& tf1,
+                           const DeformableMesh& second, const fcl::Transform3d& tf2, double limit,
                            std::vector<double>& result) {
   requireDistance(limit, "limit");
-  requireRigid(tf);
+  requireRigid(tf1);
   requireRigid(tf2);
-  const MeshState& closed = stateOf(other);
-  requireClosed(closed, "a signed clearance");
+  const MeshState& closed = stateOf(second);
+  requireClosed(closed, "signedVertexDistances");
   const auto makeWindingSign = [&] {
     return [number = WindingNumber(closed)](const fcl::Vector3d& x) mutable {
       return number.of(x) != 0 ? double(-1) : 1.;
     };
   };
-  findDistances(stateOf(mesh), RelativePlacement(tf2, tf), closed, limit, makeWindingSign, result);
+  findDistances(stateOf(first), RelativePlacement(tf2, tf1), closed, limit, makeWindingSign,
+                result);
 }
 
 }  // namespace adaptive_bvh

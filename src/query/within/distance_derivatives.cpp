@@ -72,7 +72,7 @@ void writeRows(const DerivativeFrames& frames, const std::vector<fcl::Vector3d>&
   result.second.resize(normals.size(), decltype(second(0))::kSize);
   forEachBatch(frames.threads, normals.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const fcl::Vector3d normal = normals[i];
+      const fcl::Vector3d& normal = normals[i];
       setRow(first(i), -(frames.to_first * normal), i, result.first);
       setRow(second(i), frames.to_second * normal, i, result.second);
     }
@@ -161,37 +161,37 @@ void selfDistanceDerivatives(const DeformableMesh& mesh, const FeaturePairs& pai
   distanceDerivatives(mesh, still, mesh, still, pairs, details, result);
 }
 
-void distanceDerivatives(const DeformableMesh& mesh, const fcl::Transform3d& tf,
-                         const DeformableMesh& other, const fcl::Transform3d& tf2,
+void distanceDerivatives(const DeformableMesh& first, const fcl::Transform3d& tf1,
+                         const DeformableMesh& second, const fcl::Transform3d& tf2,
                          const VertexContacts& contacts, DistanceDerivatives& result) {
-  requireRigid(tf);
+  requireRigid(tf1);
   requireRigid(tf2);
-  const MeshState& other_state = stateOf(other);
-  requireContacts(stateOf(mesh), contacts);
+  const MeshState& second_state = stateOf(second);
+  requireContacts(stateOf(first), contacts);
   requireRows("VertexContacts::triangles", contacts.triangles.size(), contacts.size());
   requireRows("VertexContacts::barycentric", contacts.barycentric.size(), contacts.size());
   for (const int t : contacts.triangles)
-    requireNumber("triangle", t, other_state.topology->triangles.size());
+    requireNumber("triangle", t, second_state.topology->triangles.size());
   writeRows(
-      DerivativeFrames(mesh, tf, other_state.threads, tf2), contacts.normals,
+      DerivativeFrames(first, tf1, second_state.threads, tf2), contacts.normals,
       [&](std::size_t i) { return weightedVertex(contacts.vertices[i]); },
       [&](std::size_t i) {
-        return weightedFace(other_state, static_cast<unsigned>(contacts.triangles[i]),
+        return weightedFace(second_state, static_cast<unsigned>(contacts.triangles[i]),
                             contacts.barycentric[i]);
       },
       result);
 }
 
-void distanceDerivatives(const DeformableMesh& mesh, const fcl::Transform3d& tf,
-                         const fcl::CollisionGeometryd& other, const fcl::Transform3d& tf2,
+void distanceDerivatives(const DeformableMesh& first, const fcl::Transform3d& tf1,
+                         const fcl::CollisionGeometryd& second, const fcl::Transform3d& tf2,
                          const VertexContacts& contacts, DistanceDerivatives& result) {
-  if (const auto* other_mesh = dynamic_cast<const DeformableMesh*>(&other))
-    return distanceDerivatives(mesh, tf, *other_mesh, tf2, contacts, result);
-  requireRigid(tf);
+  if (const auto* second_mesh = dynamic_cast<const DeformableMesh*>(&second))
+    return distanceDerivatives(first, tf1, *second_mesh, tf2, contacts, result);
+  requireRigid(tf1);
   requireRigid(tf2);
-  requireContacts(stateOf(mesh), contacts);
+  requireContacts(stateOf(first), contacts);
   writeRows(
-      DerivativeFrames(mesh, tf, 1, tf2), contacts.normals,
+      DerivativeFrames(first, tf1, 1, tf2), contacts.normals,
       [&](std::size_t i) { return weightedVertex(contacts.vertices[i]); },
       [](std::size_t) { return noVertices(); }, result);
 }

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "adaptive_bvh/proximity.h"
+#include "adaptive_bvh/self_collision.h"
 #include "support/exact_geometry.h"
 #include "support/long_mode.h"
 #include "support/random_geometry.h"
