@@ -1,6 +1,9 @@
 #pragma once
 
+#include <initializer_list>
+#include <string>
 #include <type_traits>
+#include <utility>
 
 #include <pybind11/pybind11.h>
 
@@ -25,6 +28,21 @@ using py::literals::operator""_a;
 /// (DeformableMesh.__new__(DeformableMesh)); pybind11 would hand out memory that holds no object.
 /// For these classes that is a TypeError. Include this wherever such an object comes from Python.
 struct Bound {};
+
+/// The value with a name that Python gives for an argument; else throws py::value_error with all
+/// names.
+template <typename T>
+T named(const std::string& name, const char* argument,
+        std::initializer_list<std::pair<const char*, T>> values) {
+  std::string names;
+  for (auto value = values.begin(); value != values.end(); ++value) {
+    if (name == value->first) return value->second;
+    const bool is_last = value + 1 == values.end();
+    names += value == values.begin() ? "'" : is_last ? " or '" : ", '";
+    names += std::string(value->first) + "'";
+  }
+  throw py::value_error(std::string(argument) + " is '" + name + "'; " + names + " is needed");
+}
 
 template <typename T, typename... Types>
 constexpr bool kIsOneOf = (std::is_same_v<T, Types> || ...);

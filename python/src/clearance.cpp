@@ -46,9 +46,8 @@ intervals_below. Arguments as of self_least_distance.)";
 }  // namespace docs
 
 FramePath framePath(const std::string& name) {
-  if (name == "straight") return FramePath::Straight;
-  if (name == "screw") return FramePath::Screw;
-  throw py::value_error("path is '" + name + "'; 'straight' or 'screw' is needed");
+  return named<FramePath>(name, "path",
+                          {{"straight", FramePath::Straight}, {"screw", FramePath::Screw}});
 }
 
 MovingObject::MovingObject(const LockedMesh& mesh, const py::object& start, const py::object& end,

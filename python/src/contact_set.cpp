@@ -88,17 +88,16 @@ struct Renumbered : Bound {
 };
 
 FeatureKind featureKind(const std::string& name) {
-  if (name == "vertex_face") return FeatureKind::VertexFace;
-  if (name == "face_vertex") return FeatureKind::FaceVertex;
-  if (name == "edge_edge") return FeatureKind::EdgeEdge;
-  throw py::value_error("kind is '" + name +
-                        "'; 'vertex_face', 'face_vertex' or 'edge_edge' is needed");
+  return named<FeatureKind>(name, "kind",
+                            {{"vertex_face", FeatureKind::VertexFace},
+                             {"face_vertex", FeatureKind::FaceVertex},
+                             {"edge_edge", FeatureKind::EdgeEdge}});
 }
 
 ContactElements contactElements(const std::string& name) {
-  if (name == "triangles") return ContactElements::Triangles;
-  if (name == "features") return ContactElements::Features;
-  throw py::value_error("elements is '" + name + "'; 'triangles' or 'features' is needed");
+  return named<ContactElements>(
+      name, "elements",
+      {{"triangles", ContactElements::Triangles}, {"features", ContactElements::Features}});
 }
 
 /// The library's request; and what it refers to while the set is made.

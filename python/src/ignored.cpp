@@ -38,18 +38,16 @@ labels differ, 'within' those whose labels are equal.)";
 namespace {
 
 NeighbourFilter neighbourFilter(const std::string& name) {
-  if (name == "shared vertex") return NeighbourFilter::SharedVertex;
-  if (name == "shared edge") return NeighbourFilter::SharedEdge;
-  if (name == "none") return NeighbourFilter::None;
-  if (name == "beyond shared") return NeighbourFilter::BeyondShared;
-  throw py::value_error("neighbours is '" + name +
-                        "'; 'shared vertex', 'shared edge', 'beyond shared' or 'none' is needed");
+  return named<NeighbourFilter>(name, "neighbours",
+                                {{"shared vertex", NeighbourFilter::SharedVertex},
+                                 {"shared edge", NeighbourFilter::SharedEdge},
+                                 {"beyond shared", NeighbourFilter::BeyondShared},
+                                 {"none", NeighbourFilter::None}});
 }
 
 LabelRule labelRule(const std::string& name) {
-  if (name == "within") return LabelRule::Within;
-  if (name == "between") return LabelRule::Between;
-  throw py::value_error("label_rule is '" + name + "'; 'within' or 'between' is needed");
+  return named<LabelRule>(name, "label_rule",
+                          {{"within", LabelRule::Within}, {"between", LabelRule::Between}});
 }
 
 void sort(std::vector<FeaturePair>& pairs, bool is_self) {
