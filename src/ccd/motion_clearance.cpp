@@ -1,4 +1,4 @@
-// The functions of motion_clearance.h: check arguments and convert motions to double precision.
+// The functions of motion_clearance.h: check arguments.
 #include "adaptive_bvh/motion_clearance.h"
 
 #include <array>

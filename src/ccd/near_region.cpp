@@ -75,7 +75,7 @@ class NearRegion::Search : public PairBatches<NearRegion::Search> {
 };
 
 /// Takes positions as references, and discards what was found around others.
-void NearRegion::Found::begin(const std::vector<PlacedMotion>& bodies, double radius, double unit) {
+void NearRegion::Found::begin(const std::vector<PlacedMotion>& bodies, double radius) {
   for (auto* list : {&pairs.vertex_face, &pairs.edge_edge}) list->clear();
   references.clear();
   error = 0;
@@ -89,14 +89,14 @@ void NearRegion::Found::begin(const std::vector<PlacedMotion>& bodies, double ra
   const double largest =
       std::max(box.min().lpNorm<Eigen::Infinity>(), box.max().lpNorm<Eigen::Infinity>());
   // A position on a way differs from the exact one by 4 u of its coordinates and of the way.
-  rounding = 32 * unit * (largest + radius) + error;
+  rounding = 16 * rounding::epsilon<double>() * (largest + radius) + error;
   const fcl::Vector3d reach = fcl::Vector3d::Constant(radius);
   frame = SweptFrame(box.min() - reach, box.max() + reach);
   position_error = SweptTree::kPositionError + frame.lengthUp(rounding);
 }
 
 void NearRegion::search(const std::vector<PlacedMotion>& bodies) {
-  spare_.begin(bodies, radius_, unit_);
+  spare_.begin(bodies, radius_);
   std::size_t first = 0;
   for (const PlacedMotion& body : bodies) {
     addPairs(bodies[0].with(body, separation_), static_cast<unsigned>(first));
@@ -191,7 +191,7 @@ void NearRegion::limit(int firsts, const Pair& pair, const Points& proposed) {
   for (std::size_t i = 0; i < 4; ++i) {
     const std::size_t v = pair.corners[i];
     corners[i] = {&now_[v], v < proposed.size() ? &proposed[v] : &now_[v], &shares_[v],
-                  found_.error, unit_};
+                  found_.error};
   }
   FeatureTruncation(firsts, corners, separation_).lowerShares();
 }

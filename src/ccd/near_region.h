@@ -14,9 +14,7 @@ class NearRegion {
  public:
   using Points = std::vector<fcl::Vector3d>;
 
-  /// `unit`: unit roundoff with which positions on the ways are computed.
-  NearRegion(double radius, double separation, double unit)
-      : radius_(radius), separation_(separation), unit_(unit) {}
+  NearRegion(double radius, double separation) : radius_(radius), separation_(separation) {}
 
   /// Finds the pairs around the present positions, which become the references. `bodies`: the mesh
   /// and its obstacles, at rest. If it throws, nothing has changed.
@@ -52,7 +50,7 @@ class NearRegion {
     SweptFrame frame{fcl::Vector3d::Zero(), fcl::Vector3d::Ones()};
     float position_error = 0;  ///< in the frame
 
-    void begin(const std::vector<PlacedMotion>& bodies, double radius, double unit);
+    void begin(const std::vector<PlacedMotion>& bodies, double radius);
   };
 
   void addPairs(const ContinuousQuery& query, unsigned first_of_second);
@@ -63,7 +61,7 @@ class NearRegion {
   void limitFour(const std::array<const Pair*, 4>& four, std::size_t count, const Points& proposed);
   void limit(int firsts, const Pair& pair, const Points& proposed);
 
-  const double radius_, separation_, unit_;
+  const double radius_, separation_;
   Found found_, spare_;                     ///< of the last search, and memory of the next
   Points now_;                              ///< the first of these vertices are those of the mesh
   std::vector<double> shares_, in_radius_;  ///< with and without the planes

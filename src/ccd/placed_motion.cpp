@@ -52,8 +52,7 @@ PlacedMotion::PlacedMotion(const MeshState& mesh, const fcl::Vector3d* start,
            mesh.tree.size(),
            mesh.tree.depth(),
            8 * std::numeric_limits<double>::epsilon() * size,
-           16 * std::numeric_limits<double>::epsilon() * size,
-           std::numeric_limits<double>::epsilon() / 2};
+           16 * std::numeric_limits<double>::epsilon() * size};
 }
 
 }  // namespace adaptive_bvh

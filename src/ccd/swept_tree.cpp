@@ -98,7 +98,8 @@ void SweptTree::refit(const MovingMesh& mesh, const SweptFrame& frame, const Tim
 
 void SweptTree::refitOverShares(const MovingMesh& mesh, const SweptFrame& frame, double padding,
                                 const std::vector<double>& shares, double most) {
-  const double between = mesh.between_error + 16 * mesh.unit * largestCoordinate(frame);
+  const double between =
+      mesh.between_error + 8 * rounding::epsilon<double>() * largestCoordinate(frame);
   refit(mesh, frame, padding, between, [&](std::size_t i, unsigned v) {
     const fcl::Vector3d& start = mesh.start[v];
     const fcl::Vector3d motion = mesh.end[v] - start;

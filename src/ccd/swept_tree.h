@@ -8,8 +8,7 @@
 
 namespace adaptive_bvh {
 
-/// A mesh whose vertices move on straight lines in the world, as a query reads it, whatever the
-/// mesh's number type. Owns nothing.
+/// A mesh whose vertices move on straight lines in the world, as a query reads it. Owns nothing.
 struct MovingMesh {
   const WideNode* nodes;  ///< links only; boxes are not read
   const Int4* vertices;   ///< vertices and index of each triangle, by leaf index
@@ -21,8 +20,8 @@ struct MovingMesh {
   unsigned num_vertices, num_triangles;
   int num_nodes, depth;  ///< of the tree
   double error;          ///< bound of the error of a position
-  double between_error;  ///< of one that the caller computes between start and end, but for `unit`
-  double unit;           ///< unit roundoff of the caller's number type
+  double
+      between_error;  ///< of one that the caller computes between start and end, but for rounding
 };
 
 /// The coordinates of swept boxes: y = scale (x - origin), along the axes of the world. The scale

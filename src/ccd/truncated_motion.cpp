@@ -43,7 +43,7 @@ class MotionTruncation : public PairBatches<MotionTruncation> {
     FeatureTruncation(kNumFirst, corners, separation_).lowerShares();
   }
   static Corner corner(const MovingMesh& mesh, std::vector<double>& shares, unsigned v) {
-    return {&mesh.start[v], &mesh.end[v], &shares[v], mesh.between_error, mesh.unit};
+    return {&mesh.start[v], &mesh.end[v], &shares[v], mesh.between_error};
   }
 
   const double separation_;

@@ -35,9 +35,7 @@ struct TrustRegion::State {
   };
 
   State(const Mesh& moving, const TrustRegionRequest& limits)
-      : mesh(moving),
-        request(limits),
-        region(limits.radius, limits.distance, std::numeric_limits<double>::epsilon() / 2) {}
+      : mesh(moving), request(limits), region(limits.radius, limits.distance) {}
 
   /// The mesh, then the obstacles as `begin` found them.
   struct Bodies {
@@ -68,7 +66,7 @@ void TrustRegion::State::read(const Points& positions, std::vector<fcl::Vector3d
     refuseMotion(std::to_string(positions.size()) + " positions for " +
                  std::to_string(mesh.vertices().size()) + " vertices");
   for (const fcl::Vector3d& x : positions)
-    if (!(x.template lpNorm<1>() <= 6 * rounding::largestCoordinate<double>()))
+    if (!(x.lpNorm<1>() <= 6 * rounding::largestCoordinate<double>()))
       refuseMotion("a position is not finite, or too large");
   toWorld(positions.data(), positions.size(), fcl::Transform3d::Identity(), result);
 }

@@ -60,10 +60,10 @@ class RelativeFrame {
     t_ = first.to_body * (to_first.R * second.origin + to_first.T - first.origin);
     // The rounding error in double precision. Coordinates in either tree are below 2.
     precise_error_ = 4 * first.scale *
-                     (3 * (second.origin.template lpNorm<1>() + 6 / second.scale) +
-                      to_first.T.template lpNorm<1>() + first.origin.template lpNorm<1>()) *
+                     (3 * (second.origin.lpNorm<1>() + 6 / second.scale) + to_first.T.lpNorm<1>() +
+                      first.origin.lpNorm<1>()) *
                      std::numeric_limits<double>::epsilon();
-    const double t_sum = t_.template lpNorm<1>();
+    const double t_sum = t_.lpNorm<1>();
     error_ = kUnit * (6 * 4 * ratio + 4 * t_sum) +
              (1 + 2 * ratio) * static_cast<double>(WideTree::kPositionError) + precise_error_;
     largest_ratio_ = std::max(1., ratio);

@@ -9,7 +9,7 @@
 
 namespace adaptive_bvh {
 
-/// An FCL shape in either number type, converted to a Solid. Cheap: it allocates nothing, and the
+/// An FCL shape, converted to a Solid. Cheap: it allocates nothing, and the
 /// points of an fcl::Convex are not copied. So each query converts shapes anew, because they may
 /// have changed in place.
 class ShapeSolid {

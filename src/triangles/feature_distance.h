@@ -170,7 +170,7 @@ class Face {
     double extent = 0;
     for (Point& corner : from_x) {
       corner -= x;
-      extent = std::max(extent, corner.template lpNorm<Eigen::Infinity>());
+      extent = std::max(extent, corner.lpNorm<Eigen::Infinity>());
     }
     const double unit = rounding::enlargement(extent);
     if (unit == 1) return found;
@@ -235,9 +235,9 @@ inline FeatureDistance edgeEdgeDistance(const std::array<Eigen::Matrix<double, 3
   if (!(found.distance < rounding::shortLength<double>())) return found;
   using Point = Eigen::Matrix<double, 3, 1>;
   const Point from_a[3] = {a[1] - a[0], b[0] - a[0], b[1] - a[0]};  // relative to a[0]
-  const double unit = rounding::enlargement(std::max(
-      {from_a[0].template lpNorm<Eigen::Infinity>(), from_a[1].template lpNorm<Eigen::Infinity>(),
-       from_a[2].template lpNorm<Eigen::Infinity>()}));
+  const double unit = rounding::enlargement(
+      std::max({from_a[0].lpNorm<Eigen::Infinity>(), from_a[1].lpNorm<Eigen::Infinity>(),
+                from_a[2].lpNorm<Eigen::Infinity>()}));
   if (unit == 1) return found;
   const FeatureDistance large = longEdgeEdgeDistance({Point::Zero(), unit * from_a[0]},
                                                      {unit * from_a[1], unit * from_a[2]}, along);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 
 #include <Eigen/Core>
 
@@ -18,7 +19,8 @@ class FeatureTruncation {
     const Point *start, *end;
     double* share;  ///< at most 1; lowered
     double error;   ///< bound of the error of a component, anywhere on the way
-    double unit;    ///< unit roundoff with which the caller computes positions from the share
+    /// Unit roundoff with which the caller computes positions from the share.
+    double unit = std::numeric_limits<double>::epsilon() / 2;
   };
 
   /// Corners: for a vertex and a face the vertex first, whichever mesh it belongs to; for two edges

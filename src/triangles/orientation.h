@@ -230,8 +230,8 @@ inline double orientation(const fcl::Vector3d& a, const fcl::Vector3d& b, const 
   using namespace orientations;
   const fcl::Vector3d p = a - d, q = b - d, r = c - d;
   const double determinant = p.dot(q.cross(r));
-  const double size = p.template lpNorm<Eigen::Infinity>() * q.template lpNorm<Eigen::Infinity>() *
-                      r.template lpNorm<Eigen::Infinity>();
+  const double size =
+      p.lpNorm<Eigen::Infinity>() * q.lpNorm<Eigen::Infinity>() * r.lpNorm<Eigen::Infinity>();
   if (isCertain(determinant, size)) return determinant;
   if (areAcrossAxis(p, q, r) || areTwoEqual(a, b, c, d)) return 0;
   countExact(ExactDecision::Orientation);

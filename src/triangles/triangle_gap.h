@@ -47,8 +47,7 @@ inline bool areSurelyFarther(const TrianglePoints& a, const TrianglePoints& b, d
   const std::array<fcl::Vector3d, 5> from_a = {a[1] - a[0], a[2] - a[0], b[0] - a[0], b[1] - a[0],
                                                b[2] - a[0]};
   double extent = 0;
-  for (const fcl::Vector3d& x : from_a)
-    extent = std::max(extent, x.template lpNorm<Eigen::Infinity>());
+  for (const fcl::Vector3d& x : from_a) extent = std::max(extent, x.lpNorm<Eigen::Infinity>());
   const double enough = distance * (1 + 0x1p-40) + 0x1p-45 * extent;
   const auto areFartherAlong = [&](const fcl::Vector3d& n) {
     const double a1 = n.dot(from_a[0]), a2 = n.dot(from_a[1]);

@@ -66,7 +66,7 @@ class MeshContactTest {
         search_(other),
         winding_(other),
         normals_(other),
-        offset_(to_other.T.template lpNorm<Eigen::Infinity>()),
+        offset_(to_other.T.lpNorm<Eigen::Infinity>()),
         sides_(kRounding * (offset_ + sizeOf(mesh) + sizeOf(other))) {}
 
   /// Returns whether a candidate is a contact, and sets the contact.
@@ -113,7 +113,7 @@ class MeshContactTest {
   fcl::Vector3d normal(const SurfacePlace& place, const fcl::Vector3d& into,
                        const fcl::Vector3d& x) const {
     constexpr double kShort = 1e-8;
-    const double size = std::max(x.template lpNorm<Eigen::Infinity>(), offset_);
+    const double size = std::max(x.lpNorm<Eigen::Infinity>(), offset_);
     if (into.stableNorm() > kShort * size) {
       if (place.feature != SurfaceFeature::Face) return into.stableNormalized();
       const fcl::Vector3d face_normal = normals_.ofFace(place.triangle);
@@ -130,7 +130,7 @@ class MeshContactTest {
   static constexpr double kRounding = 0x1p-40;
   /// Upper bound of a mesh's coordinates.
   static double sizeOf(const MeshState& mesh) {
-    return mesh.tree.origin().template lpNorm<Eigen::Infinity>() + 4 / mesh.tree.scale();
+    return mesh.tree.origin().lpNorm<Eigen::Infinity>() + 4 / mesh.tree.scale();
   }
 
   const MeshState& mesh_;

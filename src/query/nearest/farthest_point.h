@@ -11,7 +11,7 @@ namespace adaptive_bvh {
 inline fcl::Vector3d farthestPoint(const WideTree& tree, const fcl::Vector3d* vertices,
                                    const fcl::Vector3d& along) {
   constexpr int kMostNodes = 48;
-  const fcl::Vector3f in_tree = (tree.toBody() * along).stableNormalized().template cast<float>();
+  const fcl::Vector3f in_tree = (tree.toBody() * along).stableNormalized().cast<float>();
   fcl::Vector3d best = vertices[tree.corners(0)[0]];
   float best_extent = std::numeric_limits<float>::lowest();
   int visited = 0;

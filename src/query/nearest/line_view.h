@@ -110,7 +110,7 @@ class LineView {
 
   /// Bound of the error of a box that is mapped to the view. `ratio`: of scales; `t`: translation.
   static double margin(double ratio, const fcl::Vector3d& t) {
-    return kUnit * (160 * ratio + 32 * t.template lpNorm<1>());
+    return kUnit * (160 * ratio + 32 * t.lpNorm<1>());
   }
   /// The squared gaps across the line, of the first node's boxes and box kLane of the second.
   template <int kLane>

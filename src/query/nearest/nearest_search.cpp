@@ -36,7 +36,7 @@ constexpr long kNever = std::numeric_limits<long>::max();
 /// single precision hardly distinguishes boxes; kNever if they are near, where alignment is better.
 long testsBeforeView(const TreePair& trees) {
   constexpr double kNear = 32, kFar = 1 << 10;
-  const double apart = trees.frame().t().template lpNorm<1>();
+  const double apart = trees.frame().t().lpNorm<1>();
   if (apart > kFar) return 0;
   return apart > kNear ? kWholeBodyCost : kNever;
 }

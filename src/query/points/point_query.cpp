@@ -173,7 +173,7 @@ void signedVertexDistances(const DeformableMesh& first, const fcl::Transform3d& 
   requireClosed(closed, "signedVertexDistances");
   const auto makeWindingSign = [&] {
     return [number = WindingNumber(closed)](const fcl::Vector3d& x) mutable {
-      return number.of(x) != 0 ? double(-1) : 1.;
+      return number.of(x) != 0 ? -1. : 1.;
     };
   };
   findDistances(stateOf(first), RelativePlacement(tf2, tf1), closed, limit, makeWindingSign,

@@ -132,7 +132,7 @@ class PointSearch {
   /// has a gap; kError covers both. The boxes' own margin covers the error of coordinates below 2.
   void setPoint(const fcl::Vector3d& x, double distance) {
     const fcl::Vector3d y = tree_.toBody() * (x - tree_.origin());
-    const double size = y.template lpNorm<Eigen::Infinity>();
+    const double size = y.lpNorm<Eigen::Infinity>();
     rounding_ = kRounding * (size + 2) / tree_.scale();
     error_ = float4::all(size > 2 ? static_cast<float>(std::min(size, kFar) * kError) : 0.f);
     for (int k = 0; k < 3; ++k)

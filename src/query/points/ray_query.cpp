@@ -1,4 +1,4 @@
-// Ray queries in S, by RayWalk in double precision. A callback receives each hit and returns the t
+// Ray queries, by RayWalk. A callback receives each hit and returns the t
 // up to which further hits are of interest; a negative t ends the search of that ray.
 #include <algorithm>
 #include <cmath>
@@ -13,11 +13,11 @@ namespace {
 /// The result of a ray without hits.
 RayHit noHit() { return {std::numeric_limits<double>::infinity(), -1, 0, 0}; }
 RayHit hitOf(int triangle, const RayTriangle::Hit& hit) { return {hit.t, triangle, hit.u, hit.v}; }
-/// Whether a hit is in the range, and S can represent its t.
+/// Whether a hit is in the range, and its t finite.
 bool isInRange(const RayRange& range, double t) {
   return range.begin <= t && t <= range.end && std::isfinite(t);
 }
-/// The order of hits. (Two hits that differ in double precision may be equal in single precision.)
+/// The order of hits.
 bool isBefore(const RayHit& a, const RayHit& b) {
   return a.t != b.t ? a.t < b.t : a.triangle < b.triangle;
 }

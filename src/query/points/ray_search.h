@@ -41,7 +41,7 @@ class RayInTree {
  public:
   /// Sets the direction. A very long or short one is scaled before it is normalized.
   void setDirection(const WideTree& tree, const fcl::Vector3d& direction) {
-    const double longest = direction.template lpNorm<Eigen::Infinity>();
+    const double longest = direction.lpNorm<Eigen::Infinity>();
     constexpr double kShort = 1. / (1 << 20), kLong = 1 << 20;
     exponent_ = longest < kShort || longest > kLong ? std::ilogb(longest) : 0;
     fcl::Vector3d scaled = direction;
@@ -54,7 +54,7 @@ class RayInTree {
   /// `error`: of the origin, in the mesh's units.
   bool setOrigin(const WideTree& tree, const fcl::Vector3d& origin, double error = 0) {
     const fcl::Vector3d in_tree = tree.toBody() * (origin - tree.origin());
-    rounding_ = in_tree.template lpNorm<Eigen::Infinity>() * kDoubleRounding + error * tree.scale();
+    rounding_ = in_tree.lpNorm<Eigen::Infinity>() * kDoubleRounding + error * tree.scale();
     tests_boxes_ = rounding_ <= 1;
     if (!tests_boxes_) return meetEveryBox();
     constexpr double kExtent = 2.5;              // all coordinates of the body are below 2

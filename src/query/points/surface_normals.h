@@ -104,8 +104,7 @@ class SurfaceNormals {
   template <std::size_t kCount>
   static void enlarge(fcl::Vector3d (&vectors)[kCount]) {
     double extent = 0;
-    for (const fcl::Vector3d& v : vectors)
-      extent = std::max(extent, v.template lpNorm<Eigen::Infinity>());
+    for (const fcl::Vector3d& v : vectors) extent = std::max(extent, v.lpNorm<Eigen::Infinity>());
     const double unit = rounding::enlargement(extent);
     if (unit != 1)
       for (fcl::Vector3d& v : vectors) v *= unit;

@@ -213,10 +213,9 @@ bool turnOutward(RegionMemory& memory) {
   return memory.bodies[0].faces_inward || memory.bodies[1].faces_inward;
 }
 
-/// Finds the parts of both surfaces, with triangles that face outward. `epsilon`: of the
-/// number type of the positions.
+/// Finds the parts of both surfaces, with triangles that face outward.
 void findPatches(const PlacedMesh& first, const PlacedMesh& second,
-                 const RelativePlacement& to_first, double epsilon, RegionMemory& memory) {
+                 const RelativePlacement& to_first, RegionMemory& memory) {
   const bool has_none = first.mesh.numTriangles() == 0 || second.mesh.numTriangles() == 0;
   memory.coinciding.clear();
   memory.sums.clear();
@@ -227,8 +226,8 @@ void findPatches(const PlacedMesh& first, const PlacedMesh& second,
   memory.exponent = std::ilogb(rounding::enlargement(extent));
   placeSurface(first.mesh, RelativePlacement(), memory.scale(), memory.bodies[0]);
   placeSurface(second.mesh, to_first, memory.scale(), memory.bodies[1]);
-  constexpr double kUnits = 16;  // rounding error of a position, in `epsilon`
-  memory.rounding = kUnits * epsilon * in_world * memory.scale();
+  constexpr double kRounding = 16 * rounding::epsilon<double>();  // of a position
+  memory.rounding = kRounding * in_world * memory.scale();
   MeshRays first_rays(first.mesh, RelativePlacement(), memory.scale(), 0),
       second_rays(second.mesh, to_first, memory.scale(), 0x1p-45 * extent);
   memory.bodies[0].rays = &first_rays;
@@ -304,7 +303,7 @@ class RegionWriter {
 
  private:
   fcl::Vector3d toWorld(const fcl::Vector3d& x) const {
-    return (rotation_ * (x * (1 / scale_)) + translation_);
+    return rotation_ * (x * (1 / scale_)) + translation_;
   }
   /// Divides a length, an area or a volume (`dimension` 1, 2, 3) by the scale.
   double unscaled(double size, int dimension) const {
@@ -382,8 +381,7 @@ std::size_t contactRegions(const DeformableMesh& first, const fcl::Transform3d& 
   const Leased<RegionMemory> leased;
   RegionMemory& memory = *leased;
   const PlacedMesh one(first, tf1), two(second, tf2);
-  findPatches(one, two, RelativePlacement(one.tf, two.tf), std::numeric_limits<double>::epsilon(),
-              memory);
+  findPatches(one, two, RelativePlacement(one.tf, two.tf), memory);
   sumRegions(one, two, memory);
   RegionWriter(memory, one.tf, result).write();
   return result.size();
